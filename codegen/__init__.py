@@ -1,0 +1,1 @@
+"""From a model to text: derivation (`lagrange`), lowering (`lower`, `kernel`, `rules`) and rendering (`render`)."""

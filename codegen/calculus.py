@@ -1,0 +1,68 @@
+"""Derivatives that see through named quantities: the chain rule instead of substitution, so that names survive."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import symengine as se
+
+
+class Definitions:
+    """Named quantities in order, each an expression in base symbols and earlier quantities.
+
+    Derivatives of quantities are cached, and expressions are differentiated term by term by the symbols each term holds, which
+    keeps a chain of n masses at cost n.
+    """
+
+    def __init__(self, expressions: Mapping[Any, Any]) -> None:
+        self.expressions = dict(expressions)
+        self._reach: dict[Any, frozenset[Any]] = {}
+        self._slopes: dict[tuple[Any, Any], Any] = {}
+        for symbol, expression in self.expressions.items():
+            self._reach[symbol] = self.base_symbols(expression)
+
+    def base_symbols(self, expression: Any) -> frozenset[Any]:
+        """All symbols an expression depends on, through quantities too; quantities themselves left out."""
+        found: set[Any] = set()
+        for symbol in expression.free_symbols:
+            found.update(self._reach.get(symbol, (symbol,)))
+        return frozenset(found)
+
+    def gradient(self, expression: Any, variables: Iterable[Any]) -> dict[Any, Any]:
+        """Total derivatives by each variable; the ones that vanish by structure are left out."""
+        wanted = set(variables)
+        parts: dict[Any, list[Any]] = {}
+        for term in terms(expression):
+            for symbol in term.free_symbols:
+                reached = (self._reach[symbol] if symbol in self._reach else {symbol}) & wanted
+                if reached:
+                    slope = term.diff(symbol)
+                    for variable in reached:
+                        inner = self._slope(symbol, variable)
+                        parts.setdefault(variable, []).append(slope if inner is None else slope * inner)
+        sums = {variable: se.Add(*found) for variable, found in parts.items()}
+        return {variable: total for variable, total in sums.items() if total != 0}
+
+    def substitute(self, expressions: Iterable[Any], values: Mapping[Any, Any]) -> list[Any]:
+        """Expressions with base symbols replaced, inside the quantities they use too."""
+        inner: dict[Any, Any] = dict(values)
+        for symbol, definition in self.expressions.items():
+            inner[symbol] = _replaced(definition, inner)
+        return [_replaced(expression, inner) for expression in expressions]
+
+    def _slope(self, symbol: Any, variable: Any) -> Any:
+        """Give d symbol / d variable; None stands for the symbol itself, one."""
+        if symbol == variable:
+            return None
+        key = (symbol, variable)
+        if key not in self._slopes:
+            self._slopes[key] = self.gradient(self.expressions[symbol], (variable,)).get(variable, se.Integer(0))
+        return self._slopes[key]
+
+
+def _replaced(expression: Any, values: Mapping[Any, Any]) -> Any:
+    return expression.subs({symbol: values[symbol] for symbol in expression.free_symbols & values.keys()})
+
+
+def terms(expression: Any) -> tuple[Any, ...]:
+    """The addends of a sum, opening products of a number or symbol with a sum as they stand."""
+    return expression.args if isinstance(expression, se.Add) else (expression,)

@@ -1,0 +1,112 @@
+"""From derived equations to kernels: `lower` gives the `Program` that the templates write down."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from codegen.constants import hoist
+from codegen.drafts import Draft, Drafts
+from codegen.kernel import Assignment, Kernel, Slot
+from codegen.lagrange import Equations
+from codegen.rewrite import Names
+from codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
+from codegen.sharing import share
+from model.naming import KERNEL_NAMES
+
+
+@dataclass(frozen=True)
+class Program:
+    """All kernels of a model, and where their symbols stand.
+
+    channels: inputs and then the rates in use; the first rhs_channels of them are read by rhs and jacobian.
+    constants: symbols of c in order. slots: symbol -> the argument entry it is read from. linear: affine in x and u.
+    """
+
+    equations: Equations
+    kernels: Mapping[str, Kernel]
+    channels: tuple[Any, ...]
+    rhs_channels: int
+    constants: tuple[Any, ...]
+    slots: Mapping[Any, Slot]
+
+    @property
+    def linear(self) -> bool:
+        """Whether the state equation is affine in x and u with constant coefficients."""
+        return "linear" in self.kernels
+
+
+def lower(equations: Equations) -> Program:
+    """All kernels of a model, optimized, and the layout they share."""
+    state = (*equations.coordinates, *equations.velocities)
+    base = (*equations.parameters, *state, *equations.inputs, *equations.rates, equations.time)
+    author = frozenset(equations.definitions.expressions)
+    names = Names([*KERNEL_NAMES, *base, *author])
+    drafts = Drafts(equations, names)
+    fixed = drafts.parameter_assignments
+
+    def finish(draft: Draft, reads: frozenset[Any]) -> Kernel:
+        temporaries = tuple(item for item in draft.temporaries if item[0] not in reads)
+        return optimize(Kernel(reads, temporaries, draft.writes), author, known, names.copy())
+
+    reads = frozenset(base) | {symbol for symbol, _ in fixed}
+    parameters = frozenset(equations.parameters) | {symbol for symbol, _ in fixed}
+    known = {expression: symbol for symbol, expression in fixed}
+    hoisted, rhs = hoist(finish(drafts.rhs(), reads), parameters, names)
+    assignments = (*fixed, *hoisted)
+    known |= {expression: symbol for symbol, expression in hoisted}
+    reads |= {symbol for symbol, _ in hoisted}
+    others = {name: finish(draft, reads) for name, draft in drafts.others().items()}
+    kernels = {"rhs": prune(rhs), **others}
+    return _laid_out(equations, kernels, assignments)
+
+
+def optimize(kernel: Kernel, author: frozenset[Any], known: Mapping[Any, Any], names: Names) -> Kernel:
+    """All rules in their order.
+
+    author: quantities that keep their names and places. known: expression -> the constant that has its value.
+    """
+    kernel = inline(prune(kernel), author)
+    kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect))
+    return prune(inline(share(kernel, names), author)).checked()
+
+
+def _laid_out(equations: Equations, kernels: dict[str, Kernel], assignments: tuple[Assignment, ...]) -> Program:
+    """The kernels with `constants` before them, and the places of all they read."""
+    used = frozenset().union(*(kernel.used for kernel in kernels.values()))
+    candidates = (*equations.parameters, *(symbol for symbol, _ in assignments))
+    constants = tuple(symbol for symbol in candidates if symbol in used)
+    hot = kernels["rhs"].used | kernels["jacobian"].used
+    rates = [rate for rate in equations.rates if rate in used]
+    channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))
+    state = (*equations.coordinates, *equations.velocities)
+    slots = {equations.time: Slot("t", ())}
+    for argument, symbols in (("state", state), ("inputs", channels), ("constants", constants)):
+        slots |= {symbol: Slot(argument, (index,)) for index, symbol in enumerate(symbols)}
+    return Program(
+        equations=equations,
+        kernels={"constants": _constants_kernel(equations, constants, assignments), **_resized(kernels, equations, channels)},
+        channels=channels,
+        rhs_channels=max((index + 1 for index, symbol in enumerate(channels) if symbol in hot), default=0),
+        constants=constants,
+        slots=slots,
+    )
+
+
+def _constants_kernel(equations: Equations, constants: tuple[Any, ...], assignments: tuple[Assignment, ...]) -> Kernel:
+    writes = tuple((Slot("constants", (index,)), symbol) for index, symbol in enumerate(constants))
+    return prune(Kernel(frozenset(equations.parameters), assignments, writes))
+
+
+def _resized(kernels: dict[str, Kernel], equations: Equations, channels: tuple[Any, ...]) -> dict[str, Kernel]:
+    """The input matrix with the columns of the channels in use, instead of all inputs and all rates."""
+    if "linear" not in kernels:
+        return kernels
+    before = (*equations.inputs, *equations.rates)
+    columns = {before.index(symbol): column for column, symbol in enumerate(channels)} | {len(before): len(channels)}
+    linear = kernels["linear"]
+
+    def moved(slot: Slot) -> Slot:
+        return Slot(slot.argument, (slot.index[0], columns[slot.index[1]])) if slot.argument == "input_matrix" else slot
+
+    writes = sorted(((moved(slot), value) for slot, value in linear.writes), key=lambda w: (w[0].argument != "state_matrix", w[0].index))
+    return {**kernels, "linear": linear.replace(linear.temporaries, writes)}

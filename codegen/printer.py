@@ -1,0 +1,130 @@
+"""SymEngine expressions as the Python that numba compiles, in one canonical order of terms and factors."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import symengine as se
+
+from codegen.convert import MATH_NAMES
+from codegen.rewrite import is_number, split_number
+
+_SUM, _PRODUCT, _ATOM = 1, 2, 3
+_RELATIONS = {"StrictLessThan": "<", "LessThan": "<=", "Equality": "==", "Unequality": "!="}
+
+#: Integer powers up to this one are written as products.
+_LARGEST_PRODUCT = 4
+
+
+class Printer:
+    """Prints expressions; rank orders symbols (state first, parameters last) and so the terms that hold them."""
+
+    def __init__(self, rank: Mapping[Any, int]) -> None:
+        self._rank = rank
+        self._printed: dict[Any, tuple[str, int]] = {}
+
+    def __call__(self, expression: Any) -> str:
+        """The text of an expression."""
+        return self._print(expression)[0]
+
+    def _within(self, expression: Any, precedence: int) -> str:
+        text, own = self._print(expression)
+        return text if own >= precedence else f"({text})"
+
+    def _print(self, expression: Any) -> tuple[str, int]:
+        if expression not in self._printed:
+            self._printed[expression] = self._text(expression)
+        return self._printed[expression]
+
+    def _text(self, expression: Any) -> tuple[str, int]:
+        if is_number(expression):
+            return self._number(expression)
+        if expression.is_Symbol:
+            return str(expression), _ATOM
+        if isinstance(expression, se.Add):
+            return self._sum(expression), _SUM
+        if isinstance(expression, se.Mul):
+            return self._product(expression)
+        if isinstance(expression, se.Pow):
+            return self._power(*expression.args)
+        return self._function(expression)
+
+    def _number(self, number: Any) -> tuple[str, int]:
+        text = repr(float(number))
+        return text, _SUM if text.startswith("-") else _ATOM
+
+    def _sum(self, expression: Any) -> str:
+        signed = [(float(split_number(term)[0]) < 0, self._key(term), term) for term in expression.args]
+        text = ""
+        for negative, _, term in sorted(signed, key=lambda item: item[:2]):
+            body = self._within(-term if negative else term, _PRODUCT)
+            text += (" - " if negative else " + " if text else "") + body if text or not negative else f"-{body}"
+        return text
+
+    def _product(self, expression: Any) -> tuple[str, int]:
+        number, rest = split_number(expression)
+        if float(number) < 0:
+            return f"-{self._within(-expression, _PRODUCT)}", _SUM
+        parts = rest.args if isinstance(rest, se.Mul) else (rest,)
+        below = [part for part in parts if _is_division(part)]
+        above = sorted((part for part in parts if not _is_division(part)), key=self._factor_key)
+        texts = [self._within(part, _PRODUCT) for part in above]
+        if number != 1 or not texts:
+            texts.insert(0, self._print(number)[0])
+        text = " * ".join(texts)
+        for part in sorted(below, key=self._factor_key):
+            text += f" / {self._within(part.args[0] ** -part.args[1], _ATOM)}"
+        return text, _PRODUCT
+
+    def _power(self, base: Any, exponent: Any) -> tuple[str, int]:
+        if base == se.E:
+            return f"math.exp({self._print(exponent)[0]})", _ATOM
+        if is_number(exponent) and float(exponent) < 0:
+            return f"1.0 / {self._within(base**-exponent, _ATOM)}", _PRODUCT
+        if exponent == se.Rational(1, 2):
+            return f"math.sqrt({self._print(base)[0]})", _ATOM
+        if isinstance(exponent, se.Integer) and int(exponent) <= _LARGEST_PRODUCT:
+            return " * ".join([self._within(base, _ATOM)] * int(exponent)), _PRODUCT
+        if isinstance(exponent, se.Rational) and 2 * exponent == 3:
+            return f"{self._within(base, _ATOM)} * math.sqrt({self._print(base)[0]})", _PRODUCT
+        power = str(exponent) if isinstance(exponent, se.Integer) else self._within(exponent, _ATOM)
+        return f"{self._within(base, _ATOM)} ** {power}", _PRODUCT
+
+    def _function(self, expression: Any) -> tuple[str, int]:
+        kind = type(expression).__name__
+        if expression == se.pi:
+            return "math.pi", _ATOM
+        if expression == se.E:
+            return "math.e", _ATOM
+        if kind == "Piecewise":
+            return self._piecewise(expression.args), _ATOM
+        if kind in _RELATIONS:
+            left, right = (self._print(part)[0] for part in expression.args)
+            return f"({left} {_RELATIONS[kind]} {right})", _ATOM
+        if kind in ("And", "Or"):
+            return "(" + f" {kind.lower()} ".join(sorted(self._print(p)[0] for p in expression.args)) + ")", _ATOM
+        if kind == "Not":
+            return f"(not {self._print(expression.args[0])[0]})", _ATOM
+        if kind in ("BooleanTrue", "BooleanFalse"):
+            return kind.removeprefix("Boolean"), _ATOM
+        return f"math.{MATH_NAMES[kind]}({', '.join(self._print(part)[0] for part in expression.args)})", _ATOM
+
+    def _piecewise(self, arguments: tuple[Any, ...]) -> str:
+        text = "math.nan"
+        for value, condition in reversed(list(zip(arguments[::2], arguments[1::2], strict=True))):
+            shown = self._print(value)[0]
+            certain = type(condition).__name__ == "BooleanTrue"
+            text = shown if certain else f"({shown} if {self._print(condition)[0]} else {text})"
+        return text if text.startswith("(") else f"({text})"
+
+    def _key(self, expression: Any) -> tuple[list[int], str]:
+        """Where a term stands in a sum: by the ranks of its symbols, then by its text."""
+        return sorted(self._rank.get(symbol, -1) for symbol in expression.free_symbols), self._print(expression)[0]
+
+    def _factor_key(self, expression: Any) -> tuple[bool, int, str]:
+        """Where a factor stands in a product: constants first, sums last."""
+        ranks = [self._rank.get(symbol, -1) for symbol in expression.free_symbols]
+        return isinstance(expression, se.Add), -max(ranks, default=0), self._print(expression)[0]
+
+
+def _is_division(part: Any) -> bool:
+    return isinstance(part, se.Pow) and is_number(part.args[1]) and float(part.args[1]) < 0 and part.args[0] != se.E

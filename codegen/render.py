@@ -1,0 +1,120 @@
+"""Programs as text: what the templates are given, all strings finished."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from codegen.environment import environment
+from codegen.kernel import Kernel, Slot
+from codegen.lower import Program
+from codegen.printer import Printer
+
+#: Arguments and meaning of every kernel, in the order of the file.
+_HEADS = {
+    "constants": (("parameters", "constants"), "Constants of a run from its parameters."),
+    "rhs": (("t", "state", "inputs", "constants", "derivative"), "State derivative [qdot, qddot]."),
+    "jacobian": (("t", "state", "inputs", "constants", "matrix"), "Derivative of rhs by the state."),
+    "mass": (("t", "state", "inputs", "constants", "matrix"), "Mass matrix."),
+    "energy": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
+    ),
+    "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
+    "linear": (
+        ("constants", "state_matrix", "input_matrix"),
+        "A and B of rhs = A state + B [inputs, 1].",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Function:
+    """A generated function: `clears` are matrix arguments to be zeroed, paragraphs are lists of finished lines."""
+
+    name: str
+    arguments: str
+    docstring: str
+    clears: tuple[str, ...]
+    paragraphs: tuple[tuple[str, ...], ...]
+
+
+def module(program: Program, source: str) -> str:
+    """The Python module of a model, before the formatter; `source` names the model file in the header."""
+    equations = program.equations
+    functions = [_function(program, name, program.kernels[name]) for name in _HEADS if name in program.kernels]
+    body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
+    return environment("python").get_template("kernels.py.jinja").render(
+        source=source,
+        sympy=sympy.__version__,
+        system=equations.system,
+        state=_state_table(program),
+        inputs=_input_table(program),
+        rhs_inputs=program.rhs_channels,
+        outputs=[(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions],
+        parameters=[(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters],
+        parameter_sets={
+            name: {str(symbol): float(value) for symbol, value in values.items()}
+            for name, values in equations.system.parameter_sets.items()
+        },
+        constants=[str(symbol) for symbol in program.constants],
+        linear=program.linear,
+        mass_matrix=equations.mass_matrix,
+        uses_math="math." in body,
+        functions=functions,
+    )
+
+
+def _state_table(program: Program) -> list[tuple[str, str, str]]:
+    coordinates = program.equations.system.coordinates
+    return [(str(c.symbol), c.unit, c.meaning) for c in coordinates] + [
+        (str(c.rate), f"{c.unit}/s", f"rate of change of: {c.meaning}") for c in coordinates
+    ]
+
+
+def _input_table(program: Program) -> list[tuple[str, str, str, str]]:
+    """Name, the input that it is the rate of or nothing, unit, meaning; in the order of the channels."""
+    inputs = program.equations.system.inputs
+    rows = {str(u.symbol): (str(u.symbol), "", u.unit, u.meaning) for u in inputs}
+    rows |= {
+        str(u.rate): (str(u.rate), str(u.symbol), f"{u.unit}/s", f"rate of change of: {u.meaning}") for u in inputs
+    }
+    return [rows[str(channel)] for channel in program.channels]
+
+
+def _function(program: Program, name: str, kernel: Kernel) -> Function:
+    arguments, docstring = _HEADS[name]
+    printer = Printer(_rank(program, kernel))
+    paragraphs = (
+        tuple(_unpacked(program, name, kernel)),
+        tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
+        tuple(f"{slot} = {printer(expression)}" for slot, expression in kernel.writes),
+    )
+    return Function(
+        name=name,
+        arguments=", ".join(arguments),
+        docstring=docstring,
+        clears=tuple(argument for argument in arguments if "matrix" in argument),
+        paragraphs=tuple(paragraph for paragraph in paragraphs if paragraph) or (("pass",),),
+    )
+
+
+def _unpacked(program: Program, name: str, kernel: Kernel) -> Iterable[str]:
+    """Lines that read what the kernel uses, in the order of the arguments' entries."""
+    slots = dict(program.slots)
+    if name == "constants":
+        slots = {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(program.equations.parameters)}
+    return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in kernel.used & kernel.reads and slot.index]
+
+
+def _rank(program: Program, kernel: Kernel) -> dict[Any, int]:
+    """Order of symbols within sums: state, quantities and temporaries, inputs, and constants last."""
+    equations = program.equations
+    moving = (*equations.coordinates, *equations.velocities, equations.time)
+    assigned = tuple(symbol for symbol, _ in kernel.temporaries)
+    order = (*moving, *assigned, *program.channels, *equations.parameters, *program.constants)
+    rank: dict[Any, int] = {}
+    for symbol in order:
+        rank.setdefault(symbol, len(rank))
+    return rank

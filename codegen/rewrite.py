@@ -1,0 +1,86 @@
+"""Walking and rebuilding SymEngine expressions."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import symengine as se
+
+Change = Callable[[Any], Any]
+
+_RELATIONS = {"StrictLessThan": se.Lt, "LessThan": se.Le, "Equality": se.Eq, "Unequality": se.Ne}
+
+
+def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
+    """Rebuild an expression from the leaves up, `change` applied to each node once; memo is shared among calls."""
+    if not expression.args:
+        return expression
+    if expression not in memo:
+        memo[expression] = change(rebuild(expression, [rewrite(part, change, memo) for part in expression.args]))
+    return memo[expression]
+
+
+def rebuild(expression: Any, arguments: list[Any]) -> Any:
+    """The same node with other arguments."""
+    if isinstance(expression, se.Piecewise):
+        return se.Piecewise(*zip(arguments[::2], arguments[1::2], strict=True))
+    relation = _RELATIONS.get(type(expression).__name__)
+    return relation(*arguments) if relation else expression.func(*arguments)
+
+
+def is_number(expression: Any) -> bool:
+    """Whether it is a literal number, not pi or E."""
+    return isinstance(expression, se.Number)
+
+
+def split_number(term: Any) -> tuple[Any, Any]:
+    """A term as (number, rest): -2*x*y -> (-2, x*y)."""
+    if is_number(term):
+        return term, se.Integer(1)
+    if isinstance(term, se.Mul):
+        number, *others = term.args
+        if is_number(number):
+            return number, se.Mul(*others)
+    return se.Integer(1), term
+
+
+def factors(term: Any) -> tuple[Any, ...]:
+    """The factors of a term that are no numbers."""
+    if isinstance(term, se.Mul):
+        return tuple(part for part in term.args if not is_number(part))
+    return () if is_number(term) else (term,)
+
+
+def operations(expression: Any) -> int:
+    """Additions, multiplications, divisions, powers and function calls, all counted as one; a sign is free."""
+    arguments = expression.args
+    if not arguments:
+        return 0
+    inside = sum(map(operations, arguments))
+    if isinstance(expression, se.Add):
+        return inside + len(arguments) - 1
+    if isinstance(expression, se.Mul):
+        return inside + len(arguments) - 1 - (arguments[0] == -1)
+    return inside + 1
+
+
+class Names:
+    """Gives names that nothing else has."""
+
+    def __init__(self, taken: Iterable[Any]) -> None:
+        self._taken = {str(name) for name in taken}
+
+    def fresh(self, wish: str) -> Any:
+        """A symbol of the wished name, or of that name with the first free number behind it; tmp_ is always numbered."""
+        name, count = (f"{wish}1", 1) if wish.endswith("_") else (wish, 1)
+        while name in self._taken:
+            count += 1
+            name = f"{wish.removesuffix('_')}_{count}"
+        self._taken.add(name)
+        return se.Symbol(name)
+
+    def __contains__(self, symbol: Any) -> bool:
+        return str(symbol) in self._taken
+
+    def copy(self) -> "Names":
+        """Names for a room of its own: what is given there does not count here."""
+        return Names(self._taken)

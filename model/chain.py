@@ -1,0 +1,30 @@
+"""A chain of n equal masses joined by springs and dampers, shaken at one end."""
+
+from sympy import Rational, Symbol, symbols
+
+from model.system import Coordinate, Input, Output, Parameter, System
+
+
+def system(n: int = 10) -> System:
+    """Give a row of n masses: the first hangs on the shaken base, the last is free. Its name: chain, or chain_n."""
+    q, qdot = symbols(f"q_1:{n + 1}"), symbols(f"qdot_1:{n + 1}")
+    m, k, c, w, wdot = symbols("m k c w wdot")
+    half = Rational(1, 2)
+    left, left_rate = (w, *q[:-1]), (wdot, *qdot[:-1])
+    return System(
+        name="chain" if n == 10 else f"chain_{n}",
+        title=f"Chain of {n} masses shaken at one end",
+        coordinates=tuple(Coordinate(q[i], "m", f"displacement of mass {i + 1}") for i in range(n)),
+        parameters=(
+            Parameter(m, 1.0, "kg", "mass of each link"),
+            Parameter(k, 1000.0, "N/m", "stiffness of each spring"),
+            Parameter(c, 1.0, "N s/m", "damping of each damper"),
+        ),
+        inputs=(Input(w, "m", "displacement of the base"),),
+        kinetic_energy=sum(half * m * v**2 for v in qdot),
+        potential_energy=sum(half * k * (q[i] - left[i]) ** 2 for i in range(n)),
+        dissipation=sum(half * c * (qdot[i] - left_rate[i]) ** 2 for i in range(n)),
+        outputs=(
+            Output(Symbol("base_force"), k * (w - q[0]) + c * (wdot - qdot[0]), "N", "force of the base on the chain"),
+        ),
+    )

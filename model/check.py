@@ -1,0 +1,207 @@
+"""What makes a `System` physics. Each check yields messages; a `System` raises them together."""
+
+import math
+from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from sympy import Derivative, Expr, Integral, Symbol
+from sympy.core.function import AppliedUndef
+
+from model.inertia import massless_coordinates
+from model.naming import name_problem, t
+
+if TYPE_CHECKING:
+    from model.system import System
+
+Named = tuple[str, Symbol]
+
+
+def problems(system: "System") -> list[str]:
+    """Every reason to refuse a system; later checks run only where the earlier ones passed."""
+    for checks in ((_types,), (_names, _texts, _numbers), (_expressions, _order), (_unused, _inertia)):
+        found = [message for check in checks for message in check(system)]
+        if found:
+            return found
+    return []
+
+
+def declared(system: "System") -> Iterator[Named]:
+    """(role, symbol) of all that has a name of its own, in order of declaration."""
+    for coordinate in system.coordinates:
+        yield "coordinate", coordinate.symbol
+        yield "velocity", coordinate.rate
+        yield "acceleration", coordinate.acceleration
+    yield from (("parameter", parameter.symbol) for parameter in system.parameters)
+    for channel in system.inputs:
+        yield "input", channel.symbol
+        yield "input rate", channel.rate
+    for quantity in system.quantities:
+        yield "quantity", quantity.symbol
+        if quantity.rate is not None:
+            yield "quantity rate", quantity.rate
+    quantities = set(system.quantities)
+    yield from (("output", output.symbol) for output in system.outputs if output not in quantities)
+
+
+def expressions(system: "System") -> Iterator[tuple[str, Any]]:
+    """(place, expression) of everything that is derived from; outputs apart."""
+    yield "kinetic energy", system.kinetic_energy
+    yield "potential energy", system.potential_energy
+    yield "dissipation", system.dissipation
+    for symbol, force in system.generalized_forces.items():
+        yield f"generalized force of {symbol}", force
+    yield from ((f"quantity {quantity.symbol}", quantity.expression) for quantity in system.quantities)
+
+
+def _types(system: "System") -> Iterator[str]:
+    if not system.coordinates:
+        yield "has no coordinates"
+    for role, symbol in declared(system):
+        if not isinstance(symbol, Symbol):
+            yield f"{role} {symbol!r} is a {type(symbol).__name__}, expected a SymPy Symbol"
+    outputs = ((f"output {output.symbol}", output.expression) for output in system.outputs)
+    for place, expression in (*expressions(system), *outputs):
+        if not isinstance(expression, Expr | int | float):
+            yield f"{place} is a {type(expression).__name__}, expected a SymPy expression"
+
+
+def _names(system: "System") -> Iterator[str]:
+    if reason := name_problem(system.name):
+        yield f"the name {system.name!r} {reason}"
+    seen: dict[str, str] = {"t": "time"}
+    for role, symbol in declared(system):
+        if reason := name_problem(symbol.name):
+            yield f"{role} {symbol.name!r} {reason}; choose another name"
+        elif symbol.name in seen:
+            yield f"{symbol.name} is used twice, as {seen[symbol.name]} and as {role}"
+        seen.setdefault(symbol.name, role)
+
+
+def _texts(system: "System") -> Iterator[str]:
+    if not system.title.strip():
+        yield "has no title"
+    for item in (*system.coordinates, *system.parameters, *system.inputs, *system.quantities, *system.outputs):
+        for what in ("unit", "meaning"):
+            text = getattr(item, what)
+            if not isinstance(text, str) or not text.strip():
+                hint = '; write "1" where it has none' if what == "unit" else ""
+                yield f"{item.symbol} has no {what}{hint}"
+            elif not text.isprintable():
+                yield f"the {what} of {item.symbol} holds a character that cannot be printed: {text!r}"
+
+
+def _numbers(system: "System") -> Iterator[str]:
+    known = {parameter.symbol.name for parameter in system.parameters}
+    for parameter in system.parameters:
+        if not _finite(parameter.default):
+            yield f"parameter {parameter.symbol} has the default {parameter.default!r}, expected a finite number"
+    for name, values in system.parameter_sets.items():
+        if reason := name_problem(name):
+            yield f"the parameter set {name!r} {reason}"
+        for symbol, value in values.items():
+            if str(symbol) not in known:
+                yield f"parameter set {name} names {symbol}, which is no parameter{_nearest(str(symbol), known)}"
+            elif not _finite(value):
+                yield f"parameter set {name} gives {symbol} the value {value!r}, expected a finite number"
+
+
+def _expressions(system: "System") -> Iterator[str]:
+    coordinates = {coordinate.symbol for coordinate in system.coordinates}
+    for symbol in system.generalized_forces:
+        if symbol not in coordinates:
+            names = {coordinate.name for coordinate in coordinates}
+            yield f"a generalized force is given for {symbol}, which is no coordinate{_nearest(str(symbol), names)}"
+    accelerations = {coordinate.acceleration for coordinate in system.coordinates}
+    outputs = {symbol for role, symbol in declared(system) if role == "output"}
+    known = {t} | {symbol for _, symbol in declared(system)} - outputs
+    for place, expression in expressions(system):
+        yield from _unknown_symbols(place, expression, known - accelerations)
+    for output in system.outputs:
+        yield from _unknown_symbols(f"output {output.symbol}", output.expression, known)
+
+
+def _unknown_symbols(place: str, expression: Any, known: set[Symbol]) -> Iterator[str]:
+    if not isinstance(expression, Expr):
+        return
+    for function in sorted(expression.atoms(AppliedUndef, Derivative, Integral), key=str):
+        yield f"{place} uses {function}: write plain symbols for coordinates and velocities, not functions of time"
+    names = {symbol.name: symbol for symbol in known}
+    for symbol in sorted(expression.free_symbols - known, key=str):
+        if str(symbol) in names:
+            yield (
+                f"{place} uses {symbol}, declared with other assumptions "
+                f"({_assumptions(symbol)} against {_assumptions(names[str(symbol)])}): use one Symbol object throughout"
+            )
+        else:
+            yield f"{place} uses {symbol}, which is not declared{_nearest(str(symbol), names)}"
+
+
+def _order(system: "System") -> Iterator[str]:
+    later = {quantity.symbol for quantity in system.quantities}
+    later |= {quantity.rate for quantity in system.quantities if quantity.rate is not None}
+    for quantity in system.quantities:
+        for symbol in sorted(_symbols(quantity.expression) & later, key=str):
+            itself = symbol in (quantity.symbol, quantity.rate)
+            yield f"quantity {quantity.symbol} uses {'itself' if itself else f'{symbol}, which comes later'}"
+        later -= {quantity.symbol, quantity.rate}
+        velocities = _symbols(quantity.expression) & {coordinate.rate for coordinate in system.coordinates}
+        if quantity.rate is not None and velocities:
+            velocity = min(map(str, velocities))
+            yield f"quantity {quantity.symbol} depends on {velocity}, so its rate would need accelerations"
+
+
+def _unused(system: "System") -> Iterator[str]:
+    used: set[Symbol] = set()
+    for _, expression in expressions(system):
+        used |= _symbols(expression)
+    for output in system.outputs:
+        used |= _symbols(output.expression)
+    for parameter in system.parameters:
+        if parameter.symbol not in used:
+            yield f"parameter {parameter.symbol} is used nowhere; remove it, or check the expressions for a slip"
+    for channel in system.inputs:
+        if not {channel.symbol, channel.rate} & used:
+            yield f"input {channel.symbol} is used nowhere; remove it, or check the expressions for a slip"
+    outputs = {output.symbol for output in system.outputs}
+    for quantity in system.quantities:
+        if not {quantity.symbol, quantity.rate} & (used | outputs):
+            yield f"quantity {quantity.symbol} is used nowhere; remove it, or list it among the outputs"
+
+
+def _inertia(system: "System") -> Iterator[str]:
+    reached = _symbols(system.kinetic_energy)
+    for symbol, expression in reversed(system.definitions.items()):
+        if symbol in reached:
+            reached |= _symbols(expression)
+    velocities = {coordinate.rate for coordinate in system.coordinates}
+    if not velocities & reached:
+        yield f"the kinetic energy depends on no velocity ({', '.join(sorted(map(str, velocities)))})"
+        return
+    missing = [coordinate for coordinate in system.coordinates if coordinate.rate not in reached]
+    for coordinate in missing:
+        yield (
+            f"coordinate {coordinate.symbol} has no inertia: the kinetic energy does not depend on {coordinate.rate}, "
+            "so the mass matrix is singular"
+        )
+    if not missing and (massless := massless_coordinates(system)):
+        names = ", ".join(str(coordinate.symbol) for coordinate in massless)
+        yield f"the mass matrix is singular: a motion of {names} together has no kinetic energy"
+
+
+def _symbols(expression: Any) -> set[Symbol]:
+    return expression.free_symbols if isinstance(expression, Expr) else set()
+
+
+def _finite(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _assumptions(symbol: Symbol) -> str:
+    given = ", ".join(f"{name}={value}" for name, value in sorted(symbol.assumptions0.items()) if name != "commutative")
+    return given or "none"
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    close = get_close_matches(name, sorted(known), n=1)
+    return f"; did you mean {close[0]}?" if close else ""

@@ -1,0 +1,37 @@
+"""The names a model may use, and how the name of a time derivative is made."""
+
+import keyword
+import re
+
+from sympy import Symbol
+
+#: Names that the generated functions use themselves.
+KERNEL_NAMES = frozenset(
+    (
+        *("t", "parameters", "constants", "state", "inputs"),
+        *("derivative", "matrix", "values", "state_matrix", "input_matrix", "math", "njit"),
+    )
+)
+
+#: Time, wherever a model depends on it explicitly.
+t = Symbol("t")
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+def dotted(symbol: Symbol) -> Symbol:
+    """The symbol of the time derivative: q_6 -> qdot_6 -> qddot_6, theta -> thetadot; prints as a dot in LaTeX."""
+    base, underscore, index = symbol.name.partition("_")
+    dotted_base = base.removesuffix("dot") + "ddot" if base.endswith("dot") and base != "dot" else base + "dot"
+    return Symbol(dotted_base + underscore + index)
+
+
+def name_problem(name: str) -> str | None:
+    """Why a name cannot be used in generated code, or None."""
+    if not _IDENTIFIER.match(name):
+        return "is not a valid identifier (a letter, then letters, digits and underscores)"
+    if keyword.iskeyword(name):
+        return "is a Python keyword"
+    if name in KERNEL_NAMES:
+        return "would shadow a name that the generated kernels use themselves"
+    return None

@@ -1,0 +1,165 @@
+"""What a mechanical model is: coordinates, parameters, inputs, named quantities, T, Pi, Phi, forces and outputs.
+
+Plain symbols stand for q and qdot (not functions of time). A `System` checks itself at birth, see `check`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from sympy import Expr, Integer, Symbol, sympify
+
+from model.check import problems
+from model.naming import dotted, t
+
+__all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "System", "t"]
+
+
+class ModelError(ValueError):
+    """A model that is no physics, or cannot be written down; the message names every culprit."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate q with its velocity qdot; `velocity` defaults to the dotted name (q_6 -> qdot_6)."""
+
+    symbol: Symbol
+    unit: str
+    meaning: str
+    velocity: Symbol | None = None
+
+    @property
+    def rate(self) -> Symbol:
+        """The generalized velocity."""
+        return self.velocity or dotted(self.symbol)
+
+    @property
+    def acceleration(self) -> Symbol:
+        """The generalized acceleration: outputs may use it."""
+        return dotted(self.rate)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that is constant during a run."""
+
+    symbol: Symbol
+    default: float
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Input:
+    """A prescribed function of time; `rate` names its time derivative (default: the dotted name, z_1 -> zdot_1)."""
+
+    symbol: Symbol
+    unit: str
+    meaning: str
+    rate_symbol: Symbol | None = None
+
+    @property
+    def rate(self) -> Symbol:
+        """The time derivative: any expression may use it."""
+        return self.rate_symbol or dotted(self.symbol)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named expression that keeps its name in the generated code, the LaTeX and, as an output, in the results.
+
+    It may use coordinates, velocities, parameters, inputs, time and earlier quantities. With `rate`, its time
+    derivative is derived and has that name.
+    """
+
+    symbol: Symbol
+    expression: Expr
+    unit: str
+    meaning: str
+    rate: Symbol | None = None
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named expression that is computed at the saved points; it may use accelerations too."""
+
+    symbol: Symbol
+    expression: Expr
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class System:
+    """A model: d/dt(dT/dqdot) - dT/dq + dPi/dq + dPhi/dqdot = Q for each coordinate.
+
+    kinetic_energy T, potential_energy Pi, dissipation Phi (Rayleigh's function, half of the dissipated power where it
+    is quadratic) and the generalized forces Q may depend on q, qdot, t, parameters, inputs and quantities in any form.
+    A Pi that depends on qdot is a generalized potential (L = T - Pi throughout; Goldstein, Classical Mechanics, 1.5).
+
+    outputs: `Output`s, and quantities to be computed as outputs under their own names.
+    parameter_sets: name -> {parameter symbol: value}, what differs from the defaults.
+
+    Raises ModelError, naming each culprit.
+    """
+
+    name: str
+    title: str
+    coordinates: Sequence[Coordinate]
+    parameters: Sequence[Parameter]
+    kinetic_energy: Expr
+    potential_energy: Expr = field(default_factory=lambda: Integer(0))
+    dissipation: Expr = field(default_factory=lambda: Integer(0))
+    generalized_forces: Mapping[Symbol, Expr] = field(default_factory=dict)
+    inputs: Sequence[Input] = ()
+    quantities: Sequence[Quantity] = ()
+    outputs: Sequence[Output | Quantity] = ()
+    parameter_sets: Mapping[str, Mapping[Symbol, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("coordinates", "parameters", "inputs", "quantities", "outputs"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        for name in ("kinetic_energy", "potential_energy", "dissipation"):
+            object.__setattr__(self, name, _expression(getattr(self, name)))
+        found = problems(self)
+        if found:
+            raise ModelError(f"model {self.name}: " + "\n  ".join(found))
+
+    def force(self, coordinate: Coordinate) -> Expr:
+        """The generalized force of a coordinate; zero where none is given."""
+        return _expression(self.generalized_forces.get(coordinate.symbol, 0))
+
+    @cached_property
+    def output_expressions(self) -> tuple[Output, ...]:
+        """Outputs in order; a quantity as an output stands for itself."""
+        return tuple(
+            Output(item.symbol, item.symbol, item.unit, item.meaning) if isinstance(item, Quantity) else item
+            for item in self.outputs
+        )
+
+    @cached_property
+    def definitions(self) -> Mapping[Symbol, Expr]:
+        """Symbol -> expression of every quantity, in order, each quantity's rate right behind it."""
+        known: dict[Symbol, Expr] = {}
+        rates = {coordinate.symbol: coordinate.rate for coordinate in self.coordinates}
+        rates |= {channel.symbol: channel.rate for channel in self.inputs}
+        for quantity in self.quantities:
+            expression = _expression(quantity.expression)
+            known[quantity.symbol] = expression
+            rates[quantity.symbol] = quantity.rate or _time_derivative(expression, rates)
+            if quantity.rate is not None:
+                known[quantity.rate] = _time_derivative(expression, rates)
+        return known
+
+
+def _time_derivative(expression: Expr, rates: Mapping[Symbol, Expr]) -> Expr:
+    """d/dt of an expression in coordinates, inputs, earlier quantities and t, by the chain rule."""
+    total = expression.diff(t)
+    for symbol in sorted(expression.free_symbols & rates.keys(), key=str):
+        total += expression.diff(symbol) * rates[symbol]
+    return total
+
+
+def _expression(value: object) -> object:
+    """Numbers become SymPy numbers; strings are never parsed and stay for the check to refuse."""
+    return value if isinstance(value, str) else sympify(value)
