@@ -1,1 +1,1 @@
-"""From a model to text: derivation (`lagrange`), lowering (`lower`, `kernel`, `rules`) and rendering (`render`)."""
+"""From a model to text: derivation (`lagrange`), lowering (`lower`, `rules`), code (`render`) and `equations`."""

@@ -9,8 +9,8 @@ import symengine as se
 class Definitions:
     """Named quantities in order, each an expression in base symbols and earlier quantities.
 
-    Derivatives of quantities are cached, and expressions are differentiated term by term by the symbols each term holds, which
-    keeps a chain of n masses at cost n.
+    Derivatives of quantities are cached, and expressions are differentiated term by term by the symbols each term
+    holds, which keeps a chain of n masses at cost n.
     """
 
     def __init__(self, expressions: Mapping[Any, Any]) -> None:
@@ -33,7 +33,7 @@ class Definitions:
         parts: dict[Any, list[Any]] = {}
         for term in terms(expression):
             for symbol in term.free_symbols:
-                reached = (self._reach[symbol] if symbol in self._reach else {symbol}) & wanted
+                reached = self._reach.get(symbol, {symbol}) & wanted
                 if reached:
                     slope = term.diff(symbol)
                     for variable in reached:

@@ -5,7 +5,7 @@ from typing import Any
 import symengine as se
 
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import Names, factors, rebuild, split_number
+from codegen.rewrite import Names, factors, is_condition, rebuild, split_number
 
 
 def hoist(kernel: Kernel, parameters: frozenset[Any], names: Names) -> tuple[tuple[Assignment, ...], Kernel]:
@@ -64,7 +64,7 @@ class _Hoisting:
             expression = expression.subs({symbol: self.renamed[symbol] for symbol in found})
         if not expression.args or not expression.free_symbols:
             return expression
-        if expression.free_symbols <= self.constant:
+        if expression.free_symbols <= self.constant and not is_condition(expression):
             return self.named(expression)
         if isinstance(expression, se.Mul | se.Add):
             parts = expression.args
@@ -80,7 +80,8 @@ class _Hoisting:
 def _wish(expression: Any) -> str:
     """A telling name: inverse_m_1, k_1_over_m_1, m_1_times_g; numbered where that would be long."""
     above = [part for part in factors(expression) if part.is_Symbol]
-    below = [p.args[0] for p in factors(expression) if isinstance(p, se.Pow) and p.args[1] == -1 and p.args[0].is_Symbol]
+    powers = [part.args for part in factors(expression) if isinstance(part, se.Pow)]
+    below = [base for base, exponent in powers if exponent == -1 and base.is_Symbol]
     simple = split_number(expression)[0] == 1 and len(above) + len(below) == len(factors(expression)) <= 3
     if isinstance(expression, se.Add) and len(expression.args) == 2:
         parts = sorted((str(part), number) for number, part in map(split_number, expression.args) if part.is_Symbol)

@@ -49,9 +49,10 @@ class Drafts:
         return Draft((*self._moving, *self._solution), _vector("derivative", derivatives))
 
     def others(self) -> Mapping[str, Draft]:
-        """Every other kernel of the calling convention but `constants`; `linear` where the equations are."""
-        drafts = {"jacobian": self._jacobian(), "mass": self._mass(), "energy": self._energy(), "outputs": self._outputs()}
-        return drafts | ({"linear": linear} if (linear := self._linear()) else {})
+        """Every other kernel but `constants`: `linear` where the equations are, `jacobian` where they are not."""
+        linear = self._linear()
+        slopes = {"linear": linear} if linear else {"jacobian": self._jacobian()}
+        return {"mass": self._mass(), "energy": self._energy(), "outputs": self._outputs(), **slopes}
 
     @cached_property
     def _definitions(self) -> list[Assignment]:
@@ -103,8 +104,9 @@ class Drafts:
         return upper | {(self._n + row, column): value for (row, column), value in entries.items()}
 
     def _mass(self) -> Draft:
-        entries = self._equations.mass
-        return Draft(self._moving, _matrix("matrix", {**entries, **{(j, k): value for (k, j), value in entries.items()}}))
+        lower = dict(self._equations.mass)
+        upper = {(j, k): value for (k, j), value in lower.items()}
+        return Draft(self._moving, _matrix("matrix", lower | upper))
 
     def _energy(self) -> Draft:
         equations = self._equations
@@ -135,7 +137,8 @@ class Drafts:
         if any(not value.free_symbols <= known for value in values):
             return None
         below = {(self._n + row, column): value for (row, column), value in (input_entries | last).items()}
-        return Draft(temporaries, _matrix("state_matrix", self._with_velocities(entries)) + _matrix("input_matrix", below))
+        state_matrix = _matrix("state_matrix", self._with_velocities(entries))
+        return Draft(temporaries, state_matrix + _matrix("input_matrix", below))
 
 
 def _sparse(values: Iterable[Any]) -> dict[int, Any]:

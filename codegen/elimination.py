@@ -42,7 +42,7 @@ class Factors:
 
 
 def factorize(mass: Mapping[tuple[int, int], Any], n: int, name: Name) -> Factors:
-    """Factors of the symmetric matrix with the lower entries `mass`; uncoupled rows need no assignments but their pivot."""
+    """Factors of the symmetric matrix with the lower entries `mass`; a row that nothing is coupled to is its pivot."""
     assignments: list[Assignment] = []
     scaled: dict[tuple[int, int], Any] = {}  # L[k, j] * D[j]
     lower: dict[tuple[int, int], Any] = {}

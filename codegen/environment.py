@@ -2,14 +2,14 @@
 
 from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 TEMPLATES = Path(__file__).parent / "templates"
 
 # Braces belong to LaTeX, so its templates use commands: \VAR{name}, \BLOCK{for ...}, \#{a comment}.
-_LATEX = {
+_LATEX: dict[str, Any] = {
     "block_start_string": r"\BLOCK{",
     "block_end_string": "}",
     "variable_start_string": r"\VAR{",

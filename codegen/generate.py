@@ -10,11 +10,11 @@ from pathlib import Path
 
 from ruff.__main__ import find_ruff_bin
 
+from codegen.equations.notation import describe
+from codegen.equations.tex import tex
 from codegen.lagrange import derive
 from codegen.lower import lower
-from codegen.notation import describe
 from codegen.render import module
-from codegen.tex import tex
 from model.system import System
 
 #: The first line of what is generated begins so; nothing else in the folder is touched.
@@ -33,6 +33,16 @@ class Change:
         """A unified diff from the file to what the models give."""
         before, after = (text.splitlines(keepends=True) if text else [] for text in (self.before, self.after))
         return "".join(difflib.unified_diff(before, after, str(self.path), f"{self.path} (generated)"))
+
+
+def generate(system: System, into: str | Path) -> Path:
+    """Derive a model and write its kernels and equations into a folder; gives the path of the module, for `load`.
+
+    Raises ModelError where it cannot be derived, OSError where the files cannot be written.
+    """
+    folder = Path(into)
+    apply(changes({f"a system made by a program, {system.name}": system}, folder, whole=False))
+    return folder / f"{system.name}.py"
 
 
 def artefacts(system: System, source: str) -> dict[str, str]:
@@ -63,8 +73,9 @@ def changes(systems: Mapping[str, System], folder: Path, *, whole: bool) -> list
     present = {path: path.read_text("utf-8") for path in expected if path.is_file()}
     found = [Change(path, present.get(path), text) for path, text in expected.items() if present.get(path) != text]
     if whole:
-        candidates = sorted(path for kind in ("*.py", "*.tex") for path in folder.glob(kind) if path not in expected)
-        found += [Change(path, text, None) for path in candidates if (text := path.read_text("utf-8")).startswith(_MARKS)]
+        others = sorted(path for kind in ("*.py", "*.tex") for path in folder.glob(kind) if path not in expected)
+        texts_of_others = {path: path.read_text("utf-8") for path in others}
+        found += [Change(path, text, None) for path, text in texts_of_others.items() if text.startswith(_MARKS)]
     return found
 
 

@@ -31,8 +31,8 @@ class Slot:
 class Kernel:
     """A straight-line function in single assignment form, checked at birth.
 
-    reads: the symbols it may read. temporaries: (symbol, expression), each in reads and earlier temporaries. writes: (slot,
-    expression), in index order. Expressions are SymEngine's.
+    reads: the symbols it may read. temporaries: (symbol, expression), each in reads and earlier temporaries.
+    writes: (slot, expression), in index order. Expressions are SymEngine's.
     """
 
     reads: frozenset[Any]

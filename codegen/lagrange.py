@@ -158,7 +158,7 @@ class _Motion:
         return se.Add(power, self._drift(rest), _dot(accelerations, slopes))
 
     def _unnatural(self, kinetic: Any, momenta: Vector, mass: Mapping[Any, Any]) -> Any:
-        """Give 2 T - qdot . dL/dqdot, or 0 where T is a homogeneous quadratic form of the velocities and Pi has none."""
+        """Give 2 T - qdot . dL/dqdot, or 0 where T is a homogeneous quadratic form of qdot and Pi has none."""
         at_rest = dict.fromkeys(self.v, se.Integer(0))
         still = self.definitions.substitute((kinetic, *momenta), at_rest)
         natural = all(part == 0 for part in still) and not any(
@@ -171,8 +171,9 @@ def _refuse_rates(system: System, definitions: Definitions, kinetic: Any, potent
     for place, energy in (("kinetic", kinetic), ("potential", potential)):
         for rate in sorted(definitions.base_symbols(energy) & set(rates), key=str):
             raise ModelError(
-                f"model {system.name}: the {place} energy depends on {rate}, the rate of an input, so the equations would need "
-                f"its second derivative; measure the coordinate from the moving base, and let its acceleration be an input"
+                f"model {system.name}: the {place} energy depends on {rate}, the rate of an input, so the equations "
+                "would need its second derivative; measure the coordinate from the moving base, and let the base's "
+                "acceleration be an input"
             )
 
 

@@ -56,6 +56,8 @@ def lower(equations: Equations) -> Program:
     known |= {expression: symbol for symbol, expression in hoisted}
     reads |= {symbol for symbol, _ in hoisted}
     others = {name: finish(draft, reads) for name, draft in drafts.others().items()}
+    if "linear" in others:
+        others["jacobian"] = _state_matrix(others["linear"])
     kernels = {"rhs": prune(rhs), **others}
     return _laid_out(equations, kernels, assignments)
 
@@ -82,14 +84,21 @@ def _laid_out(equations: Equations, kernels: dict[str, Kernel], assignments: tup
     slots = {equations.time: Slot("t", ())}
     for argument, symbols in (("state", state), ("inputs", channels), ("constants", constants)):
         slots |= {symbol: Slot(argument, (index,)) for index, symbol in enumerate(symbols)}
+    first = {"constants": _constants_kernel(equations, constants, assignments)}
     return Program(
         equations=equations,
-        kernels={"constants": _constants_kernel(equations, constants, assignments), **_resized(kernels, equations, channels)},
+        kernels=first | _resized(kernels, equations, channels),
         channels=channels,
         rhs_channels=max((index + 1 for index, symbol in enumerate(channels) if symbol in hot), default=0),
         constants=constants,
         slots=slots,
     )
+
+
+def _state_matrix(linear: Kernel) -> Kernel:
+    """The Jacobian of a linear model, which is its state matrix."""
+    writes = [(Slot("matrix", slot.index), value) for slot, value in linear.writes if slot.argument == "state_matrix"]
+    return prune(linear.replace(linear.temporaries, writes)).checked()
 
 
 def _constants_kernel(equations: Equations, constants: tuple[Any, ...], assignments: tuple[Assignment, ...]) -> Kernel:
@@ -105,8 +114,10 @@ def _resized(kernels: dict[str, Kernel], equations: Equations, channels: tuple[A
     columns = {before.index(symbol): column for column, symbol in enumerate(channels)} | {len(before): len(channels)}
     linear = kernels["linear"]
 
-    def moved(slot: Slot) -> Slot:
-        return Slot(slot.argument, (slot.index[0], columns[slot.index[1]])) if slot.argument == "input_matrix" else slot
+    def place(slot: Slot) -> Slot:
+        row, column = slot.index
+        return Slot(slot.argument, (row, columns[column])) if slot.argument == "input_matrix" else slot
 
-    writes = sorted(((moved(slot), value) for slot, value in linear.writes), key=lambda w: (w[0].argument != "state_matrix", w[0].index))
+    moved = [(place(slot), value) for slot, value in linear.writes]
+    writes = sorted(moved, key=lambda write: (write[0].argument != "state_matrix", write[0].index))
     return {**kernels, "linear": linear.replace(linear.temporaries, writes)}

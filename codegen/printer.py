@@ -9,6 +9,8 @@ from codegen.convert import MATH_NAMES
 from codegen.rewrite import is_number, split_number
 
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
+_CONSTANTS = {"Pi": "math.pi", "Exp1": "math.e", "BooleanTrue": "True", "BooleanFalse": "False"}
+_JUNCTIONS = {"And": "and", "Or": "or"}
 _RELATIONS = {"StrictLessThan": "<", "LessThan": "<=", "Equality": "==", "Unequality": "!="}
 
 #: Integer powers up to this one are written as products.
@@ -91,22 +93,21 @@ class Printer:
 
     def _function(self, expression: Any) -> tuple[str, int]:
         kind = type(expression).__name__
-        if expression == se.pi:
-            return "math.pi", _ATOM
-        if expression == se.E:
-            return "math.e", _ATOM
+        if kind in _CONSTANTS:
+            return _CONSTANTS[kind], _ATOM
         if kind == "Piecewise":
             return self._piecewise(expression.args), _ATOM
+        texts = [self._print(part)[0] for part in expression.args]
+        if kind in MATH_NAMES:
+            return f"math.{MATH_NAMES[kind]}({', '.join(texts)})", _ATOM
+        return self._condition(kind, texts), _ATOM
+
+    def _condition(self, kind: str, texts: list[str]) -> str:
         if kind in _RELATIONS:
-            left, right = (self._print(part)[0] for part in expression.args)
-            return f"({left} {_RELATIONS[kind]} {right})", _ATOM
-        if kind in ("And", "Or"):
-            return "(" + f" {kind.lower()} ".join(sorted(self._print(p)[0] for p in expression.args)) + ")", _ATOM
+            return f"({texts[0]} {_RELATIONS[kind]} {texts[1]})"
         if kind == "Not":
-            return f"(not {self._print(expression.args[0])[0]})", _ATOM
-        if kind in ("BooleanTrue", "BooleanFalse"):
-            return kind.removeprefix("Boolean"), _ATOM
-        return f"math.{MATH_NAMES[kind]}({', '.join(self._print(part)[0] for part in expression.args)})", _ATOM
+            return f"(not {texts[0]})"
+        return "(" + f" {_JUNCTIONS[kind]} ".join(sorted(texts)) + ")"
 
     def _piecewise(self, arguments: tuple[Any, ...]) -> str:
         text = "math.nan"
@@ -123,7 +124,7 @@ class Printer:
     def _factor_key(self, expression: Any) -> tuple[bool, int, str]:
         """Where a factor stands in a product: constants first, sums last."""
         ranks = [self._rank.get(symbol, -1) for symbol in expression.free_symbols]
-        return isinstance(expression, se.Add), -max(ranks, default=0), self._print(expression)[0]
+        return isinstance(expression, se.Add), -max(ranks, default=len(self._rank)), self._print(expression)[0]
 
 
 def _is_division(part: Any) -> bool:

@@ -45,24 +45,28 @@ def module(program: Program, source: str) -> str:
     equations = program.equations
     functions = [_function(program, name, program.kernels[name]) for name in _HEADS if name in program.kernels]
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
-    return environment("python").get_template("kernels.py.jinja").render(
-        source=source,
-        sympy=sympy.__version__,
-        system=equations.system,
-        state=_state_table(program),
-        inputs=_input_table(program),
-        rhs_inputs=program.rhs_channels,
-        outputs=[(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions],
-        parameters=[(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters],
-        parameter_sets={
-            name: {str(symbol): float(value) for symbol, value in values.items()}
-            for name, values in equations.system.parameter_sets.items()
-        },
-        constants=[str(symbol) for symbol in program.constants],
-        linear=program.linear,
-        mass_matrix=equations.mass_matrix,
-        uses_math="math." in body,
-        functions=functions,
+    return (
+        environment("python")
+        .get_template("kernels.py.jinja")
+        .render(
+            source=source,
+            sympy=sympy.__version__,
+            system=equations.system,
+            state=_state_table(program),
+            inputs=_input_table(program),
+            rhs_inputs=program.rhs_channels,
+            outputs=[(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions],
+            parameters=[(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters],
+            parameter_sets={
+                name: {str(symbol): float(value) for symbol, value in values.items()}
+                for name, values in equations.system.parameter_sets.items()
+            },
+            constants=[str(symbol) for symbol in program.constants],
+            linear=program.linear,
+            mass_matrix=equations.mass_matrix,
+            uses_math="math." in body,
+            functions=functions,
+        )
     )
 
 
@@ -105,7 +109,8 @@ def _unpacked(program: Program, name: str, kernel: Kernel) -> Iterable[str]:
     slots = dict(program.slots)
     if name == "constants":
         slots = {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(program.equations.parameters)}
-    return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in kernel.used & kernel.reads and slot.index]
+    read = kernel.used & kernel.reads
+    return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in read and slot.index]
 
 
 def _rank(program: Program, kernel: Kernel) -> dict[Any, int]:

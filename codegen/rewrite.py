@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import symengine as se
+from symengine.lib.symengine_wrapper import Boolean
 
 Change = Callable[[Any], Any]
 
@@ -30,6 +31,16 @@ def rebuild(expression: Any, arguments: list[Any]) -> Any:
 def is_number(expression: Any) -> bool:
     """Whether it is a literal number, not pi or E."""
     return isinstance(expression, se.Number)
+
+
+def is_condition(expression: Any) -> bool:
+    """Whether it is true or false: no number, so never a temporary."""
+    return isinstance(expression, Boolean)
+
+
+def is_square(expression: Any) -> bool:
+    """Whether it is an integer power that is written as a product, its base standing there more than once."""
+    return isinstance(expression, se.Pow) and isinstance(expression.args[1], se.Integer) and int(expression.args[1]) > 1
 
 
 def split_number(term: Any) -> tuple[Any, Any]:
@@ -68,13 +79,14 @@ class Names:
 
     def __init__(self, taken: Iterable[Any]) -> None:
         self._taken = {str(name) for name in taken}
+        self._count: dict[str, int] = {}
 
     def fresh(self, wish: str) -> Any:
-        """A symbol of the wished name, or of that name with the first free number behind it; tmp_ is always numbered."""
-        name, count = (f"{wish}1", 1) if wish.endswith("_") else (wish, 1)
-        while name in self._taken:
-            count += 1
-            name = f"{wish.removesuffix('_')}_{count}"
+        """A symbol of the wished name, or of that name with a number behind it; a wish that ends in _ is numbered."""
+        name = wish
+        while name in self._taken or name.endswith("_"):
+            self._count[wish] = self._count.get(wish, 0 if wish.endswith("_") else 1) + 1
+            name = f"{wish.removesuffix('_')}_{self._count[wish]}"
         self._taken.add(name)
         return se.Symbol(name)
 

@@ -7,7 +7,7 @@ from typing import Any
 import symengine as se
 
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import factors, is_number, operations, rewrite, split_number
+from codegen.rewrite import factors, is_number, is_square, operations, rewrite, split_number
 
 Change = Callable[[Any], Any]
 
@@ -109,4 +109,6 @@ def _leaves(expression: Any) -> list[Any]:
     """Symbols of an expression, as often as they occur."""
     if not expression.args:
         return [] if is_number(expression) else [expression]
+    if is_square(expression):
+        return 2 * _leaves(expression.args[0])
     return [leaf for part in expression.args for leaf in _leaves(part)]

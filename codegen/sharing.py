@@ -7,7 +7,7 @@ from typing import Any
 import symengine as se
 
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import Names, is_number, rebuild, split_number
+from codegen.rewrite import Names, is_condition, is_number, is_square, rebuild, split_number
 
 #: Parts of a sum (term -> number) or of a product (factor -> 1).
 Parts = dict[Any, Any]
@@ -31,7 +31,11 @@ def share(kernel: Kernel, names: Names) -> Kernel:
 
 
 class _Sharing:
-    """One pass over a kernel. parts: sums and products as what they are made of; common: shared parts by their symbol."""
+    """One pass over a kernel.
+
+    parts: sums and products as what they are made of. common: what several of them share, by a symbol that stands for
+    it. uses: how often each node is referred to. symbols: the temporaries given so far.
+    """
 
     def __init__(self, names: Names) -> None:
         self.names = names
@@ -42,7 +46,7 @@ class _Sharing:
 
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
-        number, node = split_number(expression)
+        _, node = split_number(expression)
         if not node.args or node in self.parts:
             return
         if isinstance(node, se.Add):
@@ -62,6 +66,8 @@ class _Sharing:
             yield from self.parts[node]
         else:
             yield from (split_number(part)[1] for part in node.args)
+            if is_square(node):
+                yield node.args[0]
 
     def match(self, kind: type) -> None:
         """Name what two or more sums (or products) have in common; sums may have it with opposite signs."""
@@ -116,7 +122,7 @@ class _Sharing:
         if wish is not None and number == 1:
             self.symbols[node] = wish  # the temporary that is being assigned serves as the name
             return value
-        if self.uses[node] < 2 or not value.args:
+        if self.uses[node] < 2 or not value.args or is_condition(value):
             return number * value
         self.symbols[node] = self.names.fresh(_wish(value))
         out.append((self.symbols[node], value))

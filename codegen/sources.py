@@ -23,7 +23,7 @@ def shipped(name: str) -> System:
     if name not in names:
         close = get_close_matches(name, names, n=1)
         hint = f"; did you mean {close[0]}?" if close else ""
-        raise ModelError(f"there is no model {name!r}{hint} (models: {', '.join(names)}; or give a file, path/to/model.py)")
+        raise ModelError(f"there is no model {name!r}{hint} (models: {', '.join(names)}; or a file, path/to/model.py)")
     return _checked(importlib.import_module(f"model.{name}").system(), f"model/{name}.py")
 
 

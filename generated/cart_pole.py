@@ -242,21 +242,15 @@ def energy(t, state, inputs, constants, values):
     g = constants[5]
     constant_2 = constants[8]
 
+    sin_theta = math.sin(theta)
     thetadot_squared = thetadot * thetadot
     tmp_1 = constant_2 * thetadot_squared
     tmp_2 = L * math.cos(theta)
+    tmp_3 = xdot + 0.5 * tmp_2 * thetadot
     xdot_squared = xdot * xdot
 
     values[0] = (
-        m_p
-        * (
-            0.5
-            * (
-                0.25 * tmp_1 * math.sin(theta) * math.sin(theta)
-                + (xdot + 0.5 * tmp_2 * thetadot) * (xdot + 0.5 * tmp_2 * thetadot)
-            )
-            + 0.041666666666666664 * tmp_1
-        )
+        m_p * (0.5 * (0.25 * tmp_1 * sin_theta * sin_theta + tmp_3 * tmp_3) + 0.041666666666666664 * tmp_1)
         + 0.5 * m_c * xdot_squared
     )
     values[1] = 0.5 * g * m_p * tmp_2

@@ -275,16 +275,25 @@ def energy(t, state, inputs, constants, values):
     k = constants[1]
     c = constants[2]
 
-    tmp_1 = q_1 - w
-    tmp_2 = qdot_10 - qdot_9
-    tmp_3 = qdot_8 - qdot_7
-    tmp_4 = qdot_7 - qdot_6
-    tmp_5 = qdot_2 - qdot_1
-    tmp_6 = qdot_9 - qdot_8
-    tmp_7 = qdot_6 - qdot_5
-    tmp_8 = qdot_4 - qdot_3
-    tmp_9 = qdot_3 - qdot_2
-    tmp_10 = qdot_5 - qdot_4
+    tmp_1 = q_9 - q_8
+    tmp_2 = q_7 - q_6
+    tmp_3 = q_5 - q_4
+    tmp_4 = q_4 - q_3
+    tmp_5 = q_2 - q_1
+    tmp_6 = q_10 - q_9
+    tmp_7 = q_3 - q_2
+    tmp_8 = q_8 - q_7
+    tmp_9 = q_6 - q_5
+    tmp_10 = q_1 - w
+    tmp_11 = qdot_10 - qdot_9
+    tmp_12 = qdot_8 - qdot_7
+    tmp_13 = qdot_7 - qdot_6
+    tmp_14 = qdot_2 - qdot_1
+    tmp_15 = qdot_9 - qdot_8
+    tmp_16 = qdot_6 - qdot_5
+    tmp_17 = qdot_4 - qdot_3
+    tmp_18 = qdot_3 - qdot_2
+    tmp_19 = qdot_5 - qdot_4
 
     values[0] = m * (
         0.5 * qdot_1 * qdot_1
@@ -299,30 +308,30 @@ def energy(t, state, inputs, constants, values):
         + 0.5 * qdot_10 * qdot_10
     )
     values[1] = k * (
-        0.5 * (q_2 - q_1) * (q_2 - q_1)
-        + 0.5 * (q_3 - q_2) * (q_3 - q_2)
-        + 0.5 * (q_4 - q_3) * (q_4 - q_3)
-        + 0.5 * (q_5 - q_4) * (q_5 - q_4)
-        + 0.5 * (q_6 - q_5) * (q_6 - q_5)
-        + 0.5 * (q_7 - q_6) * (q_7 - q_6)
-        + 0.5 * (q_8 - q_7) * (q_8 - q_7)
-        + 0.5 * (q_9 - q_8) * (q_9 - q_8)
-        + 0.5 * (q_10 - q_9) * (q_10 - q_9)
-        + 0.5 * tmp_1 * tmp_1
+        0.5 * tmp_1 * tmp_1
+        + 0.5 * tmp_2 * tmp_2
+        + 0.5 * tmp_3 * tmp_3
+        + 0.5 * tmp_4 * tmp_4
+        + 0.5 * tmp_5 * tmp_5
+        + 0.5 * tmp_6 * tmp_6
+        + 0.5 * tmp_7 * tmp_7
+        + 0.5 * tmp_8 * tmp_8
+        + 0.5 * tmp_9 * tmp_9
+        + 0.5 * tmp_10 * tmp_10
     )
     values[2] = c * (
-        qdot_1 * (qdot_1 - tmp_5 - wdot)
-        + qdot_2 * (tmp_5 - tmp_9)
-        + qdot_3 * (tmp_9 - tmp_8)
-        + qdot_4 * (tmp_8 - tmp_10)
-        + qdot_5 * (tmp_10 - tmp_7)
-        + qdot_6 * (tmp_7 - tmp_4)
-        + qdot_7 * (tmp_4 - tmp_3)
-        + qdot_8 * (tmp_3 - tmp_6)
-        + qdot_9 * (tmp_6 - tmp_2)
-        + tmp_2 * qdot_10
+        qdot_1 * (qdot_1 - tmp_14 - wdot)
+        + qdot_2 * (tmp_14 - tmp_18)
+        + qdot_3 * (tmp_18 - tmp_17)
+        + qdot_4 * (tmp_17 - tmp_19)
+        + qdot_5 * (tmp_19 - tmp_16)
+        + qdot_6 * (tmp_16 - tmp_13)
+        + qdot_7 * (tmp_13 - tmp_12)
+        + qdot_8 * (tmp_12 - tmp_15)
+        + qdot_9 * (tmp_15 - tmp_11)
+        + tmp_11 * qdot_10
     )
-    values[3] = -k * wdot * tmp_1
+    values[3] = -k * wdot * tmp_10
 
 
 @njit(cache=True, fastmath={"contract", "nsz"})

@@ -412,22 +412,15 @@ def energy(t, state, inputs, constants, values):
     cos_theta_1 = math.cos(theta_1)
     cos_theta_2 = math.cos(theta_2)
     tmp_1 = cos_theta_1 * thetadot_1 + cos_theta_2 * thetadot_2
-    tmp_2 = thetadot_1 * math.sin(theta_1) + thetadot_2 * math.sin(theta_2)
-    tmp_3 = cos_theta_1 + cos_theta_2
+    tmp_2 = cos_theta_3 * thetadot_3 + tmp_1
+    tmp_3 = thetadot_1 * math.sin(theta_1) + thetadot_2 * math.sin(theta_2)
+    tmp_4 = thetadot_3 * math.sin(theta_3) + tmp_3
+    tmp_5 = cos_theta_1 + cos_theta_2
 
     values[0] = (
-        0.5
-        * constant_1
-        * m
-        * (
-            (thetadot_3 * math.sin(theta_3) + tmp_2) * (thetadot_3 * math.sin(theta_3) + tmp_2)
-            + thetadot_1 * thetadot_1
-            + (cos_theta_3 * thetadot_3 + tmp_1) * (cos_theta_3 * thetadot_3 + tmp_1)
-            + tmp_1 * tmp_1
-            + tmp_2 * tmp_2
-        )
+        0.5 * constant_1 * m * (thetadot_1 * thetadot_1 + tmp_1 * tmp_1 + tmp_2 * tmp_2 + tmp_3 * tmp_3 + tmp_4 * tmp_4)
     )
-    values[1] = g * L * m * (-(cos_theta_3 + tmp_3) - cos_theta_1 - tmp_3)
+    values[1] = g * L * m * (-(cos_theta_3 + tmp_5) - cos_theta_1 - tmp_5)
     values[2] = c * (
         0.5 * thetadot_1 * (4.0 * thetadot_1 - 2.0 * thetadot_2)
         + 0.5 * thetadot_2 * (4.0 * thetadot_2 - 2.0 * thetadot_1 - 2.0 * thetadot_3)

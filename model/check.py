@@ -19,7 +19,8 @@ Named = tuple[str, Symbol]
 
 def problems(system: "System") -> list[str]:
     """Every reason to refuse a system; later checks run only where the earlier ones passed."""
-    for checks in ((_types,), (_names, _texts, _numbers), (_expressions, _order), (_unused, _inertia)):
+    stages = ((_symbols_given,), (_types,), (_names, _texts, _numbers), (_expressions, _order), (_unused, _inertia))
+    for checks in stages:
         found = [message for check in checks for message in check(system)]
         if found:
             return found
@@ -54,12 +55,17 @@ def expressions(system: "System") -> Iterator[tuple[str, Any]]:
     yield from ((f"quantity {quantity.symbol}", quantity.expression) for quantity in system.quantities)
 
 
+def _symbols_given(system: "System") -> Iterator[str]:
+    lists = (system.coordinates, system.parameters, system.inputs, system.quantities, system.outputs)
+    for item in (item for items in lists for item in items):
+        if not isinstance(item.symbol, Symbol):
+            kind = type(item).__name__.lower()
+            yield f"{kind} {item.symbol!r} is a {type(item.symbol).__name__}, expected a SymPy Symbol"
+
+
 def _types(system: "System") -> Iterator[str]:
     if not system.coordinates:
         yield "has no coordinates"
-    for role, symbol in declared(system):
-        if not isinstance(symbol, Symbol):
-            yield f"{role} {symbol!r} is a {type(symbol).__name__}, expected a SymPy Symbol"
     outputs = ((f"output {output.symbol}", output.expression) for output in system.outputs)
     for place, expression in (*expressions(system), *outputs):
         if not isinstance(expression, Expr | int | float):

@@ -138,7 +138,7 @@ class System:
         )
 
     @cached_property
-    def definitions(self) -> Mapping[Symbol, Expr]:
+    def definitions(self) -> dict[Symbol, Expr]:
         """Symbol -> expression of every quantity, in order, each quantity's rate right behind it."""
         known: dict[Symbol, Expr] = {}
         rates = {coordinate.symbol: coordinate.rate for coordinate in self.coordinates}

@@ -1,0 +1,203 @@
+"""The equations of a model as a document: symbols with units and meanings, and formulas made of signed terms.
+
+It knows no layout and no script; `tex`, `page` and `terminal` write it down.
+"""
+
+from collections.abc import Mapping, Set
+from dataclasses import dataclass
+from typing import Any
+
+import symengine as se
+
+from codegen.equations.legible import legible
+from codegen.equations.order import Order
+from codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
+from codegen.equations.reading import Reader
+from codegen.lagrange import Equations
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line of a symbol table. rate: the symbol of the time derivative, where it has one that is used."""
+
+    symbol: str
+    unit: str
+    meaning: str
+    rate: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEntry:
+    """A parameter with its default, and the value in each named set that gives another."""
+
+    symbol: str
+    unit: str
+    meaning: str
+    default: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class MassMatrix:
+    """The entries (k, j) with k >= j that do not vanish by structure; kind as in `Equations.mass_matrix`."""
+
+    size: int
+    kind: str
+    entries: Mapping[tuple[int, int], Sum]
+
+    @property
+    def is_diagonal(self) -> bool:
+        """Whether all entries are on the diagonal."""
+        return all(k == j for k, j in self.entries)
+
+    def entry(self, k: int, j: int) -> Sum:
+        """Any entry of the symmetric matrix; an empty sum where it vanishes."""
+        return self.entries.get((max(k, j), min(k, j)), Sum(()))
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """The entries one by one, row by row."""
+        return tuple(
+            Formula(_alone(Indexed("M", (k + 1, j + 1))), entry) for (k, j), entry in sorted(self.entries.items())
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """What a reader is told of a model.
+
+    definitions: of the quantities, each one's rate behind it; energies: T, Pi, Phi; forces: Q of each coordinate that
+    has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot = Q.
+    is_generalized: Pi depends on velocities, so that L = T - Pi takes the place of T and Pi in Lagrange's equations.
+    dotted: the words that may carry dots.
+    """
+
+    name: str
+    title: str
+    source: str
+    coordinates: tuple[Entry, ...]
+    parameters: tuple[ParameterEntry, ...]
+    parameter_sets: tuple[str, ...]
+    inputs: tuple[Entry, ...]
+    quantities: tuple[Entry, ...]
+    outputs: tuple[Entry, ...]
+    definitions: tuple[Formula, ...]
+    energies: tuple[Formula, ...]
+    forces: tuple[Formula, ...]
+    motion: tuple[Formula, ...]
+    mass: MassMatrix
+    output_definitions: tuple[Formula, ...]
+    is_generalized: bool
+    dotted: Set[str]
+
+
+def describe(equations: Equations, source: str) -> Document:
+    """Write the derived equations down as a document; `source` names the model's file."""
+    system = equations.system
+    writing = _Writing(equations)
+    return Document(
+        name=system.name,
+        title=system.title,
+        source=source,
+        coordinates=tuple(Entry(str(c.symbol), c.unit, c.meaning, str(c.rate)) for c in system.coordinates),
+        parameters=_parameters(equations),
+        parameter_sets=tuple(system.parameter_sets),
+        inputs=_inputs(equations),
+        quantities=tuple(Entry(str(q.symbol), q.unit, q.meaning, _text(q.rate)) for q in system.quantities),
+        outputs=tuple(Entry(str(o.symbol), o.unit, o.meaning) for o in system.output_expressions),
+        definitions=tuple(writing.given(Name(str(s)), e) for s, e in equations.definitions.expressions.items()),
+        energies=writing.energies(),
+        forces=writing.forces(),
+        motion=tuple(writing.motion(k) for k in range(len(equations.coordinates))),
+        mass=writing.mass(),
+        output_definitions=writing.outputs(),
+        is_generalized=bool(equations.definitions.base_symbols(equations.potential) & set(equations.velocities)),
+        dotted=frozenset(map(str, (*equations.coordinates, *equations.inputs))),
+    )
+
+
+class _Writing:
+    """Formulas of one model. What the author wrote is kept; what was derived may be rearranged to read well."""
+
+    def __init__(self, equations: Equations) -> None:
+        self._equations = equations
+        order = Order(equations)
+        self._fixed = order.fixed
+        self._author, self._derived = Reader(order, turn=False), Reader(order, turn=True)
+        self._mass = {at: self._legible(entry) for at, entry in equations.mass.items()}
+
+    def given(self, left: Factor, expression: Any) -> Formula:
+        return Formula(_alone(left), self._author.sum(expression))
+
+    def energies(self) -> tuple[Formula, ...]:
+        equations = self._equations
+        named = (("T", equations.kinetic), ("Pi", equations.potential), ("Phi", equations.dissipation))
+        return tuple(
+            Formula(_alone(Name(name)), self._author.sum(self._legible(energy), positive_first=False))
+            for name, energy in named
+        )
+
+    def forces(self) -> tuple[Formula, ...]:
+        pairs = zip(self._equations.coordinates, self._equations.applied, strict=True)
+        return tuple(self.given(Indexed("Q", (_index(str(q)),)), force) for q, force in pairs if force != 0)
+
+    def motion(self, k: int) -> Formula:
+        """The equation of coordinate k, its terms in the order of Lagrange's equation."""
+        equations = self._equations
+        inertia = [
+            self._derived.term(se.Mul(self._mass[max(k, j), min(k, j)], acceleration))
+            for j, acceleration in enumerate(equations.accelerations)
+            if (max(k, j), min(k, j)) in self._mass
+        ]
+        others = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
+        sums = [self._derived.sum(self._legible(part), positive_first=False) for part in others]
+        left = (*inertia, *(part for found in sums for part in found.terms))
+        return Formula(Sum(left), self._author.sum(equations.applied[k]))
+
+    def mass(self) -> MassMatrix:
+        entries = {at: self._derived.sum(entry) for at, entry in self._mass.items()}
+        return MassMatrix(len(self._equations.coordinates), self._equations.mass_matrix, entries)
+
+    def outputs(self) -> tuple[Formula, ...]:
+        """Definitions of the outputs that are not quantities under their own names."""
+        found = zip(self._equations.system.output_expressions, self._equations.outputs, strict=True)
+        return tuple(self.given(Name(str(o.symbol)), e) for o, e in found if str(o.symbol) != str(e))
+
+    def _legible(self, expression: Any) -> Any:
+        return legible(expression, self._fixed)
+
+
+def _alone(factor: Factor) -> Sum:
+    return Sum((term(factor),))
+
+
+def _index(coordinate: str) -> str | int:
+    """What Q of a coordinate is indexed by: 6 for q_6, else the coordinate itself."""
+    letter, _, index = coordinate.partition("_")
+    return int(index) if letter == "q" and index.isdigit() else coordinate
+
+
+def _text(symbol: Any) -> str | None:
+    return None if symbol is None else str(symbol)
+
+
+def _parameters(equations: Equations) -> tuple[ParameterEntry, ...]:
+    sets = equations.system.parameter_sets
+    return tuple(
+        ParameterEntry(
+            symbol=str(p.symbol),
+            unit=p.unit,
+            meaning=p.meaning,
+            default=float(p.default),
+            values={name: float(values[p.symbol]) for name, values in sets.items() if p.symbol in values},
+        )
+        for p in equations.system.parameters
+    )
+
+
+def _inputs(equations: Equations) -> tuple[Entry, ...]:
+    """Inputs, with their rates where an equation or a quantity holds them."""
+    held = (equations.dissipation, *equations.forces, *equations.outputs, *equations.definitions.expressions.values())
+    used = set().union(*(expression.free_symbols for expression in held))
+    pairs = zip(equations.system.inputs, equations.rates, strict=True)
+    return tuple(Entry(str(u.symbol), u.unit, u.meaning, str(r) if r in used else None) for u, r in pairs)

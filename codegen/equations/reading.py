@@ -1,0 +1,174 @@
+"""From SymEngine expressions to phrases: terms with signs, factors in order, fractions."""
+
+from collections.abc import Iterable
+from fractions import Fraction
+from functools import lru_cache
+from math import gcd, lcm
+from typing import Any
+
+import symengine as se
+
+from codegen.equations.order import Order
+from codegen.equations.phrases import Call, Cases, Constant, Factor, Name, Number, Power, Relation, Sum, Term, Value
+from codegen.rewrite import factors, is_number, split_number
+
+_EVEN, _ODD = {"cos", "cosh"}, {"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "erf"}
+_COMPARISONS = {
+    **{"StrictLessThan": ("<", ">"), "LessThan": ("<=", ">=")},
+    **{"Equality": ("=", "="), "Unequality": ("!=", "!=")},
+}
+_ONE = Fraction(1)
+
+
+class Reader:
+    """Reads expressions. With `turn`, -k*(a - b) is read as k*(b - a): for what was derived, not for the author's."""
+
+    def __init__(self, order: Order, *, turn: bool) -> None:
+        self._order = order
+        self._turn = turn
+        self._names: dict[Any, Name] = {}
+
+    def sum(self, expression: Any, *, positive_first: bool = True) -> Sum:
+        """Read an expression; its terms in order of their parameters, then of what moves."""
+        parts = expression.args if isinstance(expression, se.Add) else () if expression == 0 else (expression,)
+        read = [self.term(part) for part in sorted(parts, key=self._order.term)]
+        if positive_first:
+            read.sort(key=lambda part: part.negative)
+        return Sum(tuple(read))
+
+    def term(self, expression: Any) -> Term:
+        """Read one term of a sum."""
+        number, rest = split_number(expression)
+        value = _value(number)
+        above: list[tuple[Any, Factor]] = []
+        below: list[tuple[Any, Factor]] = []
+        for part in factors(rest):
+            if part.is_Symbol:
+                above.append(((self._order.symbol(part), ""), self._name(part)))
+                continue
+            place = (self._order.factor(part), str(part))
+            base, exponent = part.args if isinstance(part, se.Pow) else (part, se.Integer(1))
+            if is_number(exponent):
+                power = _value(exponent)
+                factor, scale = self._scaled(base, power)
+                value = value if scale == 1 else value * scale
+                (above if power > 0 else below).append((place, _power(factor, power if power > 0 else -power)))
+            else:
+                above.append((place, Power(self._factor(base), self.sum(exponent))))
+        read = Term(value < 0, -value if value < 0 else value, _sorted(above), _sorted(below))
+        return _turned(read) if self._turn else read
+
+    def _scaled(self, base: Any, power: Value) -> tuple[Factor, Value]:
+        """A factor whose power is taken, and the number that comes out: (2*a + 2*b)**2 = 4*(a + b)**2."""
+        if not isinstance(power, Fraction) or power.denominator != 1:
+            return self._factor(base), _ONE
+        if isinstance(base, se.Add):
+            content = _content(base)
+            divisor = se.Rational(content.numerator, content.denominator)
+            inner = base if content == 1 else se.Add(*(part / divisor for part in base.args))
+            return self.sum(inner), content ** int(power)
+        name = type(base).__name__
+        if name in _EVEN | _ODD and self._backwards(base.args[0]):
+            sign = -1 if name in _ODD and power.numerator % 2 else 1
+            return Call(name, (self.sum(_opposite(base.args[0])),)), Fraction(sign)
+        return self._factor(base), _ONE
+
+    def _factor(self, base: Any) -> Factor:
+        if base.is_Symbol:
+            return self._name(base)
+        if not base.args:
+            return _number(base)
+        if isinstance(base, se.Add | se.Mul | se.Pow):
+            return self.sum(base)
+        if isinstance(base, se.Piecewise):
+            return self._cases(base)
+        return Call(type(base).__name__, tuple(self.sum(argument) for argument in base.args))
+
+    def _name(self, symbol: Any) -> Name:
+        return self._names.get(symbol) or self._names.setdefault(symbol, Name(str(symbol)))
+
+    def _backwards(self, argument: Any) -> bool:
+        """Whether an argument begins with a minus when read in order: theta_2 - theta_1 does."""
+        first = min(argument.args if isinstance(argument, se.Add) else (argument,), key=self._order.term)
+        return _value(split_number(first)[0]) < 0
+
+    def _cases(self, piecewise: Any) -> Factor:
+        """Cases; those that are |x| or the sign of x as functions."""
+        values, conditions = piecewise.args[::2], piecewise.args[1::2]
+        x = _not_negative(conditions[0])
+        if x is not None and values[0] == x and len(values) == 2 and se.expand(values[0] + values[1]) == 0:
+            return Call("abs", (self.sum(x),))
+        if x is not None and (values == (1, -1) or (values == (1, -1, 0) and conditions[1] == se.Lt(x, 0))):
+            return Call("sgn", (self.sum(x),))
+        branches = zip(values, conditions, strict=True)
+        return Cases(tuple((self.sum(value), self._condition(condition)) for value, condition in branches))
+
+    def _condition(self, condition: Any) -> Relation | None:
+        return None if type(condition).__name__ == "BooleanTrue" else self._relation(condition)
+
+    def _relation(self, condition: Any) -> Relation:
+        kind = type(condition).__name__
+        if kind in ("And", "Or"):
+            read, *others = (self._relation(part) for part in sorted(condition.args, key=str))
+            for other in others:
+                read = Relation(read, kind.lower(), other)
+            return read
+        (left, right), (sign, mirrored) = condition.args, _COMPARISONS[kind]
+        if is_number(left):
+            return Relation(self.sum(right), mirrored, self.sum(left))
+        return Relation(self.sum(left), sign, self.sum(right))
+
+
+def _turned(read: Term) -> Term:
+    """-k*(a - b) as k*(b - a)."""
+    if read.negative:
+        for k, factor in enumerate(read.above):
+            if isinstance(factor, Sum) and factor.terms[-1].negative:
+                flipped = sorted((part.opposite() for part in factor.terms), key=lambda part: part.negative)
+                above = (*read.above[:k], Sum(tuple(flipped)), *read.above[k + 1 :])
+                return Term(False, read.coefficient, above, read.below)
+    return read
+
+
+def _content(total: Any) -> Fraction:
+    """The number to take out of a sum: the common divisor of its coefficients, negative where all of them are."""
+    values = [_value(split_number(part)[0]) for part in total.args]
+    exact = [value for value in values if isinstance(value, Fraction)]
+    if len(exact) < len(values):
+        return _ONE
+    divisor = Fraction(gcd(*(v.numerator for v in exact)), lcm(*(v.denominator for v in exact)))
+    return -divisor if all(value < 0 for value in exact) else divisor
+
+
+def _opposite(expression: Any) -> Any:
+    return se.Add(*(-part for part in expression.args)) if isinstance(expression, se.Add) else -expression
+
+
+def _power(factor: Factor, power: Value) -> Factor:
+    if power == 1:
+        return factor
+    return Power(factor, power if isinstance(power, Fraction) else Sum((Term(False, power),)))
+
+
+def _number(expression: Any) -> Factor:
+    if is_number(expression):
+        value = _value(expression)
+        return Number(value) if value >= 0 else Sum((Term(True, -value),))
+    return Constant({"Pi": "pi", "Exp1": "e"}[type(expression).__name__])
+
+
+def _value(number: Any) -> Value:
+    return _fraction(str(number)) if isinstance(number, se.Rational) else float(number)
+
+
+_fraction = lru_cache(1000)(Fraction)
+
+
+def _not_negative(condition: Any) -> Any:
+    """The x of a condition 0 <= x or 0 < x, else None."""
+    is_bound = type(condition).__name__ in ("LessThan", "StrictLessThan") and condition.args[0] == 0
+    return condition.args[1] if is_bound else None
+
+
+def _sorted(found: Iterable[tuple[Any, Factor]]) -> tuple[Factor, ...]:
+    return tuple(factor for _, factor in sorted(found, key=lambda pair: pair[0]))

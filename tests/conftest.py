@@ -1,0 +1,43 @@
+"""Fixtures that several test files share."""
+
+import importlib
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from codegen.sources import shipped, shipped_names
+from model.system import System
+
+MODELS = shipped_names()
+
+
+@pytest.fixture(params=MODELS)
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def system(name) -> System:
+    return shipped(name)
+
+
+@pytest.fixture
+def kernels(name) -> ModuleType:
+    """The generated module; `py_func` of a kernel runs it without the compiler."""
+    return importlib.import_module(f"generated.{name}")
+
+
+@pytest.fixture
+def points(system, kernels):
+    """Random points of a model: (t, x, u, p, c); parameters positive, coordinates of all signs."""
+    rng = np.random.default_rng(7)
+    found = []
+    for _ in range(100):
+        defaults = np.array([parameter.default for parameter in system.parameters])
+        p = np.where(defaults == 0, 0.3, defaults) * rng.uniform(0.7, 1.3, len(defaults))
+        c = np.empty(len(kernels.CONSTANT))
+        kernels.constants.py_func(p, c)
+        x = rng.uniform(-1.5, 1.5, len(kernels.STATE))
+        found.append((rng.uniform(0, 10), x, rng.uniform(-1, 1, len(kernels.INPUT)), p, c))
+    return found
