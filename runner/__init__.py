@@ -1,0 +1,1 @@
+"""Runs generated models: loading, inputs, integrators, solutions, studies, figures."""

@@ -1,0 +1,92 @@
+"""What the commands of the runner print and write; each gives the exit status."""
+
+from pathlib import Path
+
+from rich.console import Console
+
+from runner.checks import unknown
+from runner.equilibrium import EquilibriumError, equilibrium
+from runner.load import Model, available, load
+from runner.modes import modes
+from runner.report.progress import late_bar
+from runner.report.tables import methods, modal_table, model_tables, statistics, summary
+from runner.solution import Solution
+from runner.study.read import StudyError, read
+from runner.study.run import run
+from runner.study.schema import Study
+
+STUDIES = Path(__file__).parent.parent / "studies"
+CATALOGUES = ("models", "studies", "methods")
+
+
+def run_and_write(path: Path, into: Path, figure: bool) -> int:
+    """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept."""
+    console = Console()
+    with late_bar(path.stem) as bar:
+        study = read(path)
+        solution = run(study, path, bar, on_failure="return")
+    title = study.title or path.stem
+    written = [solution.save(into / f"{path.stem}.nc")]
+    if figure:
+        written.append(_draw(study, solution, path, into / f"{path.stem}.png", title))
+    console.print(f"[bold]{title}[/bold]")
+    console.print(statistics(solution), highlight=False)
+    console.print(summary(solution))
+    for each in written:
+        console.print(f"wrote {each}", highlight=False, soft_wrap=True)
+    if not solution.success:
+        Console(stderr=True).print(f"[red]error:[/red] {solution.message}", highlight=False, soft_wrap=True)
+    return 0 if solution.success else 1
+
+
+def _draw(study: Study, solution: Solution, source: Path, path: Path, title: str) -> Path:
+    from runner.report.figures import trajectories  # noqa: PLC0415 - matplotlib is slow to import
+
+    try:
+        return trajectories(solution, path, title, study.figure.panels, study.figure.from_start)
+    except ValueError as error:
+        raise StudyError(f"{source}: {error}") from error
+
+
+def catalogue(what: str) -> int:
+    """List models, studies, methods, or all of them."""
+    if what not in ("all", *CATALOGUES):
+        raise ValueError(unknown("list", what, CATALOGUES))
+    console = Console()
+    if what in ("all", "models"):
+        console.print("[bold]Models[/bold]")
+        for name in available():
+            console.print(f"  {name:18}{load(name).tables.title}", highlight=False)
+    if what in ("all", "studies"):
+        console.print("[bold]Studies[/bold]")
+        for path in sorted(STUDIES.glob("*.toml")):
+            console.print(f"  studies/{path.name}", highlight=False)
+    if what in ("all", "methods"):
+        console.print("[bold]Methods[/bold]", methods())
+    return 0
+
+
+def show(name: str, parameters: str | None) -> int:
+    """Show a model's tables and, for one or each of its parameter sets, the static equilibrium and the modes."""
+    console = Console()
+    model = load(name)
+    kind = "linear" if model.tables.linear else "nonlinear"
+    console.print(f"[bold]{model.tables.title}[/bold] ({kind}, {model.tables.mass_matrix} mass matrix)\n")
+    for table in model_tables(model):
+        console.print(table, "")
+    chosen_sets: list[str | None] = [parameters] if parameters else [*model.tables.parameter_sets]
+    for chosen in chosen_sets or [None]:
+        _show_modes(console, model, chosen)
+    return 0
+
+
+def _show_modes(console: Console, model: Model, chosen: str | None) -> None:
+    title = f"with {chosen}" if chosen else "with default parameters"
+    try:
+        state = equilibrium(model, chosen)
+    except EquilibriumError as error:
+        console.print(f"No modes {title}: {error}\n", highlight=False)
+        return
+    at_rest = ", ".join(f"{n} = {x:.4g}" for n, x in zip(model.coordinate_names, state, strict=False))
+    console.print(modal_table(f"Modes {title}", modes(model, chosen, state)))
+    console.print(f"about the equilibrium {at_rest}\n", highlight=False)

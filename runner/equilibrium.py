@@ -1,0 +1,143 @@
+"""The static state of a model: where it rests under its weight and its inputs as they are at t0.
+
+Newton's method with the exact Jacobian and backtracking on the accelerations at rest (Deuflhard, Newton Methods for
+Nonlinear Problems, chapter 3), every equation scaled by its row of the Jacobian, which turns accelerations into
+displacements.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.inputs.bind import bind
+from runner.inputs.signal import InputTable, Signal, evaluate
+from runner.load import Model, Parameters
+
+Vector = NDArray[np.float64]
+
+#: Iterations and halvings of a step before Newton's method gives up.
+MOST_ITERATIONS, MOST_HALVINGS = 60, 40
+#: Residual, relative to the terms that must cancel, below which the model rests.
+AT_REST = 1e-10
+#: Reciprocal condition, rows and columns scaled, below which a Jacobian is singular.
+SINGULAR = 1e-12
+#: Components of the null vector relative to the largest that are named.
+NAMED = 0.1
+
+
+class EquilibriumError(ValueError):
+    """There is no static state, or it is not isolated; the message names the coordinates."""
+
+
+def equilibrium(
+    model: Model,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal | float] | None = None,
+    t0: float = 0.0,
+    guess: Vector | None = None,
+) -> Vector:
+    """The state [q, 0] (n_states,) at which all accelerations vanish, with the inputs at t0 and their rates 0.
+
+    guess (n_states,): where the search starts, all zeros by default; its velocities are not used.
+    Raises EquilibriumError where the accelerations do not vanish (naming the coordinate with the largest) or where the
+    state can be moved without force (naming the coordinates that move).
+    """
+    c = model.constants(model.parameter_values(parameters))
+    return rest(model, c, bind(model.tables, inputs), t0, guess)
+
+
+def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Vector | None = None) -> Vector:
+    """As `equilibrium`, for constants c and bound inputs."""
+    n = len(model.coordinate_names)
+    residual, jacobian = _at_rest(model, c, _resting_inputs(table, t0), t0)
+    q = np.zeros(n) if guess is None else np.array(guess[:n], dtype=np.float64)
+    with np.errstate(all="ignore"):
+        q, r, J = _newton(residual, jacobian, q)
+    if not _vanishes(r, J, q):
+        raise EquilibriumError(_none_message(model, r, J, t0))
+    free = _free_directions(J)
+    if free is not None:
+        names = [model.coordinate_names[i] for i in np.flatnonzero(np.abs(free) > NAMED * np.abs(free).max())]
+        raise EquilibriumError(
+            f"model {model.name}: the static state is not isolated: nothing holds {', '.join(names)}; "
+            "give the initial state (initial=), or a spring"
+        )
+    return np.concatenate([q, np.zeros(n)])
+
+
+def _resting_inputs(table: InputTable, t0: float) -> Vector:
+    u = np.zeros(max(1, len(table.first)))
+    evaluate(table, table.first.copy(), t0, t0, len(table.first), u)
+    u[: len(table.order)][table.order == 1] = 0.0
+    return u
+
+
+def _at_rest(
+    model: Model, c: Vector, u: Vector, t0: float
+) -> tuple[Callable[[Vector], Vector], Callable[[Vector], Vector]]:
+    """Accelerations (n,) at rest as a function of q (n,), and their Jacobian (n, n)."""
+    n = len(model.coordinate_names)
+    rhs, jacobian = model.kernel("rhs"), model.kernel("jacobian")
+
+    def accelerations(q: Vector) -> Vector:
+        dx = np.zeros(2 * n)
+        rhs(t0, np.concatenate([q, np.zeros(n)]), u, c, dx)
+        return dx[n:]
+
+    def derivative(q: Vector) -> Vector:
+        J = np.zeros((2 * n, 2 * n))
+        jacobian(t0, np.concatenate([q, np.zeros(n)]), u, c, J)
+        return J[n:, :n]
+
+    return accelerations, derivative
+
+
+def _newton(residual: Callable[[Vector], Vector], jacobian: Callable[[Vector], Vector], q: Vector) -> Any:
+    """The last iterate with its residual and Jacobian; iterates until a step no longer helps."""
+    r, J = residual(q), jacobian(q)
+    for _ in range(MOST_ITERATIONS):
+        if not (np.isfinite(r).all() and np.isfinite(J).all()):
+            break
+        scale = _nonzero(np.abs(J).max(axis=1))
+        step = np.linalg.lstsq(J / scale[:, None], -r / scale, rcond=SINGULAR)[0]
+        for halving in range(MOST_HALVINGS):
+            tried = q + 0.5**halving * step
+            r_tried = residual(tried)
+            if np.linalg.norm(r_tried / scale) < np.linalg.norm(r / scale):
+                break
+        else:
+            break
+        q, r, J = tried, r_tried, jacobian(tried)
+    return q, r, J
+
+
+def _vanishes(r: Vector, J: Vector, q: Vector) -> bool:
+    """Whether r is the rounding left of terms J_ij q_j, or of accelerations of order 1, that cancel."""
+    terms = np.abs(J) @ np.abs(q) + 1.0
+    return bool(np.isfinite(J).all() and (np.abs(r) <= AT_REST * terms).all())
+
+
+def _free_directions(J: Vector) -> Vector | None:
+    """A direction (n,) in which the state moves without force; None where there is none."""
+    rows = _nonzero(np.abs(J).max(axis=1))
+    columns = _nonzero(np.abs(J / rows[:, None]).max(axis=0))
+    _, singular_values, V = np.linalg.svd(J / rows[:, None] / columns)
+    return V[-1] / columns if singular_values[-1] <= SINGULAR * singular_values[0] else None
+
+
+def _nonzero(scale: Vector) -> Vector:
+    return np.where(scale > 0, scale, 1.0)
+
+
+def _none_message(model: Model, r: Vector, J: Vector, t0: float) -> str:
+    if not np.isfinite(r).all() or not np.isfinite(J).all():
+        i = int(np.argmin(np.isfinite(r) & np.isfinite(J).all(axis=1)))
+        return f"model {model.name}: the acceleration of {model.coordinate_names[i]} is not finite in the search"
+    i = int(np.argmax(np.abs(r)))
+    unit = model.tables.states[len(r) + i].unit
+    return (
+        f"model {model.name}: no static state found at t = {t0:g}: {model.coordinate_names[i]} keeps an acceleration "
+        f"of {r[i]:.6g} {unit} per s; give the initial state (initial=), other parameters or other inputs"
+    )

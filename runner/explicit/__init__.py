@@ -1,0 +1,1 @@
+"""Explicit Runge-Kutta methods: tableaux, fixed-step marching, adaptive steps and their control."""

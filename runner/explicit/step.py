@@ -1,0 +1,110 @@
+"""One step of any embedded Runge-Kutta pair, and its dense output, without tolerances and whatever becomes of them.
+
+A, b, c and k_i as in Hairer, Norsett, Wanner, counted from 0; E: weights of the error estimates.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.compiled import compiled
+from runner.explicit.tableau_adaptive import EmbeddedPair
+from runner.explicit.workspace import (
+    ERROR,
+    ERROR_2,
+    K0,
+    MOST_STAGES,
+    NEW,
+    STAGE,
+    WITHIN,
+    ZERO,
+    Y,
+    combine,
+    copy,
+    look_up,
+    slope,
+)
+from runner.memory import BLOCK, LEAN, address, floats, layout, record
+
+#: Bytes of a row of coefficients.
+ROW = 8 * MOST_STAGES
+
+
+#: Fields of an embedded pair: addresses of its coefficients in rows of MOST_STAGES, and its numbers. A: a row for each
+#: stage, those of dense output included; b; c; E: a row for each estimate; P: a row for each power of theta; weights:
+#: room for a row. stages of a step, all_stages, next_slope: the stage that is the next step's first.
+PAIR = layout("A b c E P weights stages all_stages next_slope estimates degree")
+
+
+@compiled(**LEAN)
+def evaluate_stages(space, pair, t, h, first, last):
+    """Slopes of the stages first to last - 1, from the row Y and the slopes before."""
+    c = floats(pair.c, MOST_STAGES)
+    for i in range(first, last):
+        combine(space, h, Y, pair.A + ROW * i, i, STAGE)
+        if i == first or c[i] != c[i - 1]:
+            look_up(space, t, h, c[i])
+        slope(space, t + c[i] * h, STAGE, K0 + BLOCK * i)
+
+
+@compiled(**LEAN)
+def take_step(space, pair, t, h):
+    """From Y and slope 0 at t: NEW, the slopes and the error estimates of the step to t + h."""
+    evaluate_stages(space, pair, t, h, np.int64(1), pair.stages)
+    if pair.next_slope < pair.stages:
+        copy(space, STAGE, NEW)
+    else:
+        combine(space, h, Y, pair.b, pair.stages, NEW)
+    combine(space, h, ZERO, pair.E, pair.stages, ERROR)
+    if pair.estimates > 1:
+        combine(space, h, ZERO, pair.E + ROW, pair.stages, ERROR_2)
+
+
+@compiled(**LEAN)
+def evaluate_next_slope(space, pair, t, h):
+    """The slope at the end of an accepted step, where the step did not need it; returns the number of evaluations."""
+    if pair.next_slope < pair.stages:
+        return 0
+    look_up(space, t, h, 1.0)
+    slope(space, t + h, NEW, K0 + BLOCK * pair.next_slope)
+    return 1
+
+
+@compiled(**LEAN)
+def prepare_dense(space, pair, t, h):
+    """The stages that only dense output needs; returns the number of evaluations."""
+    evaluate_stages(space, pair, t, h, pair.next_slope + 1, pair.all_stages)
+    return pair.all_stages - pair.next_slope - 1
+
+
+@compiled(**LEAN)
+def interpolate(space, pair, theta, h):
+    """The row WITHIN = y(t + theta*h), from Y and all slopes."""
+    P = floats(pair.P, pair.degree * MOST_STAGES)
+    weights = floats(pair.weights, MOST_STAGES)
+    for i in range(MOST_STAGES):
+        weights[i] = 0.0
+    for j in range(pair.degree - 1, -1, -1):
+        for i in range(MOST_STAGES):
+            weights[i] = (weights[i] + P[j * MOST_STAGES + i]) * theta
+    combine(space, h, Y, pair.weights, pair.all_stages, WITHIN)
+
+
+def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
+    """The coefficients as the compiled step reads them, and the array that holds them."""
+    A, P, E = pair.dense.A, pair.dense.P.T, pair.error_weights
+    blocks = {"A": A, "b": pair.tableau.b[None], "c": pair.dense.c[None], "E": E, "P": P, "weights": np.zeros((1, 1))}
+    table = np.zeros((sum(map(len, blocks.values())), MOST_STAGES))
+    places, row = {}, 0
+    for name, values in blocks.items():
+        table[row : row + len(values), : values.shape[1]] = values
+        places[name] = address(table) + ROW * row
+        row += len(values)
+    return record(
+        PAIR,
+        **places,
+        stages=pair.tableau.stages,
+        all_stages=pair.dense.stages,
+        next_slope=pair.next_slope,
+        estimates=len(E),
+        degree=len(P),
+    ), table

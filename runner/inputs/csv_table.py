@@ -1,0 +1,138 @@
+"""Signals from the columns of a CSV file, with their units."""
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.checks import unknown
+from runner.inputs.signal import Signal
+from runner.inputs.tables import table_at
+
+#: Delimiters in the order of preference: a file with semicolons or tabs may have decimal commas.
+DELIMITERS = (";", "\t", ",")
+#: A heading such as `force [kN]` or `force (kN)`.
+HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*$")
+
+
+def table_from_csv(
+    path: str | Path,
+    *,
+    time: str | int = 0,
+    value: str | int = 1,
+    time_unit: str | None = None,
+    value_unit: str | None = None,
+    unit: str | None = None,
+    kind: str = "linear",
+) -> Signal:
+    """A table from two columns of a CSV file, given by heading or by place from 0.
+
+    Delimiter `;`, tab or `,`; with the first two numbers may have decimal commas. Lines that start with # are comments.
+    A unit stands in the heading, `force [kN]`, or is declared by time_unit and value_unit. Times become s; values
+    become `unit`, or SI base units where it is not given; columns without a unit are taken as they are.
+    Raises ValueError naming file, line and column.
+    """
+    path = Path(path)
+    rows = _rows(path)
+    heading = [] if all(_is_number(cell) for cell in rows[0][1]) else [_heading(cell) for cell in rows.pop(0)[1]]
+    if len(rows) < 2:
+        raise ValueError(f"{path}: {len(rows)} rows of numbers; a table needs two or more")
+    times = _column(path, rows, heading, time, time_unit, "s")
+    values = _column(path, rows, heading, value, value_unit, unit)
+    return table_at(times, values, kind, None, lambda i: f"{path}, line {rows[i][0]}")
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line numbers and cells of the lines that are neither empty nor comments."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise ValueError(f"{path}: the file has no rows")
+    delimiter = next((each for each in DELIMITERS if each in lines[0]), ",")
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True)
+    rows = [(reader.line_num, row) for row in reader]
+    rows = [(line, row) for line, row in rows if any(map(str.strip, row)) and not row[0].lstrip().startswith("#")]
+    decimal_comma = delimiter != ","
+    return [(line, [_with_point(cell) if decimal_comma else cell.strip() for cell in row]) for line, row in rows]
+
+
+def _with_point(cell: str) -> str:
+    """`1,5` as `1.5`; a cell with both signs, such as `1.234,5`, stays as it is and is no number."""
+    cell = cell.strip()
+    return cell.replace(",", ".") if re.fullmatch(r"[-+]?\d*,\d*([eE][-+]?\d+)?", cell) else cell
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def _heading(cell: str) -> tuple[str, str | None]:
+    match = HEADING.match(cell)
+    assert match is not None  # the pattern matches every line
+    unit = match["square"] if match["square"] is not None else match["round"]
+    return match["name"], unit.strip() if unit is not None else None
+
+
+def _column(
+    path: Path,
+    rows: list[tuple[int, list[str]]],
+    heading: list[tuple[str, str | None]],
+    which: str | int,
+    declared: str | None,
+    wanted: str | None,
+) -> NDArray[np.float64]:
+    """The numbers of one column in the unit wanted."""
+    place = _place(path, [name for name, _ in heading], which)
+    name, unit = heading[place] if place < len(heading) else (str(place), None)
+    if unit and declared and unit != declared:
+        raise ValueError(f"{path}, column {name!r}: the heading says [{unit}], declared is [{declared}]")
+    numbers = np.array([_number(path, line, name, row, place) for line, row in rows])
+    return _converted(f"{path}, column {name!r}", numbers, unit or declared, wanted)
+
+
+def _place(path: Path, names: list[str], which: str | int) -> int:
+    if isinstance(which, int):
+        if which < 0:
+            raise ValueError(f"column {which}: columns are counted from 0")
+        return which
+    name = _heading(which)[0]
+    if not names:
+        raise ValueError(f"{path}: no heading, so there is no column {which!r}; give the column's place, from 0")
+    if name not in names:
+        raise ValueError(f"{path}: {unknown('column', name, names)}")
+    if names.count(name) > 1:
+        raise ValueError(f"{path}: column {name!r} occurs {names.count(name)} times; give its place, from 0")
+    return names.index(name)
+
+
+def _number(path: Path, line: int, name: str, row: list[str], place: int) -> float:
+    if place >= len(row):
+        raise ValueError(f"{path}, line {line}: no column {name!r}; the line has {len(row)} of {place + 1} columns")
+    if not _is_number(row[place]):
+        raise ValueError(f"{path}, line {line}, column {name!r}: {row[place]!r} is not a number")
+    return float(row[place])
+
+
+def _converted(where: str, numbers: NDArray[np.float64], unit: str | None, wanted: str | None) -> NDArray[np.float64]:
+    if not unit or unit == wanted:
+        return numbers
+    import pint  # noqa: PLC0415 - slow to import, and files in the model's own units need none
+
+    try:
+        quantity = pint.get_application_registry().Quantity(numbers, unit)
+        converted = quantity.to(wanted) if wanted else quantity.to_base_units()
+    except pint.DimensionalityError:
+        raise ValueError(f"{where}: [{unit}] cannot be turned into [{wanted}]") from None
+    except (pint.UndefinedUnitError, pint.PintError, ValueError, AssertionError) as error:
+        raise ValueError(f"{where}: unknown unit [{unit}] ({error})") from None
+    return np.asarray(converted.magnitude, dtype=np.float64)

@@ -1,0 +1,142 @@
+"""A signal: piecewise cubic plus sine in an argument tau = rate*t + offset, with its breakpoints.
+
+One representation serves constants, sampled tables, pulse trains and roads. Five axles share one road table with five
+offsets; a sweep over speed changes one rate.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.compiled import compiled
+
+#: Columns of a piece: value(s) = c0 + c1 s + c2 s^2 + c3 s^3 + amplitude*sin(frequency*s + phase), s = tau - start.
+START, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(8)
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """value(t) of one input, in the unit of that input.
+
+    pieces: (n, 8) float64, rows as named above, rising in START; the first holds before its start too, the last for
+    ever.
+    breakpoints: (m,) values of tau at which value or a low derivative jumps; every integrator lands on them.
+    rate, offset: tau = rate*t + offset; rate may be negative or zero.
+    """
+
+    pieces: NDArray[np.float64]
+    breakpoints: NDArray[np.float64]
+    rate: float = 1.0
+    offset: float = 0.0
+
+    def shifted(self, rate: float = 1.0, offset: float = 0.0) -> "Signal":
+        """The same signal read at rate*t + offset: a road under an axle at speed v is road.shifted(v, x_axle)."""
+        return replace(self, rate=self.rate * rate, offset=self.rate * offset + self.offset)
+
+    def breakpoint_times(self) -> NDArray[np.float64]:
+        """Breakpoints as times (m,), rising; none where the argument stands still."""
+        if self.rate == 0.0:
+            return np.empty(0)
+        return np.sort((self.breakpoints - self.offset) / self.rate)
+
+    def __call__(self, t: float | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values at times t, any shape."""
+        return self._sample(t, 0)
+
+    def derivative(self, t: float | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Time derivatives at times t, any shape."""
+        return self._sample(t, 1)
+
+    def _sample(self, t: float | NDArray[np.float64], order: int) -> NDArray[np.float64]:
+        times = np.array(t, dtype=np.float64)
+        values = np.empty((times.size, 1))
+        sample(stack([self], [order]), times.ravel(), values)
+        return values.reshape(times.shape)
+
+
+class InputTable(NamedTuple):
+    """All input channels of a run as flat arrays, in the kernel's order: what compiled drivers read.
+
+    pieces (n_pieces, 8); per channel first and last piece, rate, offset, and order (0 value, 1 time derivative);
+    breakpoints (m,): times, rising, without repeats.
+    """
+
+    pieces: NDArray[np.float64]
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    rate: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    order: NDArray[np.int64]
+    breakpoints: NDArray[np.float64]
+
+
+def stack(signals: list[Signal], orders: list[int]) -> InputTable:
+    """The input table of these channels; a piece array that several signals share is stored once."""
+    places: dict[int, int] = {}
+    blocks: list[NDArray[np.float64]] = []
+    length = 0
+    for signal in signals:
+        if id(signal.pieces) not in places:
+            places[id(signal.pieces)] = length
+            blocks.append(signal.pieces)
+            length += len(signal.pieces)
+    first = np.array([places[id(signal.pieces)] for signal in signals], dtype=np.int64)
+    last = first + np.array([len(signal.pieces) - 1 for signal in signals], dtype=np.int64)
+    times = [signal.breakpoint_times() for signal in signals]
+    return InputTable(
+        pieces=np.ascontiguousarray(np.concatenate(blocks) if blocks else np.empty((0, 8))),
+        first=first,
+        last=last,
+        rate=np.array([signal.rate for signal in signals], dtype=np.float64),
+        offset=np.array([signal.offset for signal in signals], dtype=np.float64),
+        order=np.array(orders, dtype=np.int64),
+        breakpoints=np.unique(np.concatenate(times)) if times else np.empty(0),
+    )
+
+
+@compiled()
+def evaluate(table, cursor, t, t_side, count, u):
+    """Write the first `count` channels at time t into u.
+
+    The piece is looked up at t_side, a time inside the step that t belongs to, so that a value at a breakpoint is the
+    limit from within the step. cursor (n_channels,) int64 remembers each channel's piece; start it as
+    table.first.copy().
+    """
+    # Fields by name and no row views: each costs a reference count, which is most of the time otherwise.
+    pieces, first, last, rate, offset, order = (
+        table.pieces,
+        table.first,
+        table.last,
+        table.rate,
+        table.offset,
+        table.order,
+    )
+    for i in range(count):
+        tau_side = rate[i] * t_side + offset[i]
+        k = cursor[i]
+        while k < last[i] and pieces[k + 1, 0] <= tau_side:
+            k += 1
+        while k > first[i] and pieces[k, 0] > tau_side:
+            k -= 1
+        cursor[i] = k
+        s = rate[i] * t + offset[i] - pieces[k, 0]
+        if order[i] == 0:
+            value = pieces[k, 1] + s * (pieces[k, 2] + s * (pieces[k, 3] + s * pieces[k, 4]))
+            if pieces[k, 5] != 0.0:
+                value += pieces[k, 5] * np.sin(pieces[k, 6] * s + pieces[k, 7])
+            u[i] = value
+        else:
+            slope = pieces[k, 2] + s * (2.0 * pieces[k, 3] + s * 3.0 * pieces[k, 4])
+            if pieces[k, 5] != 0.0:
+                slope += pieces[k, 5] * pieces[k, 6] * np.cos(pieces[k, 6] * s + pieces[k, 7])
+            u[i] = rate[i] * slope
+
+
+@compiled()
+def sample(table, times, values):
+    """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
+    cursor = table.first.copy()
+    for i in range(len(times)):
+        evaluate(table, cursor, times[i], times[i], len(table.first), values[i])

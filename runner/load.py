@@ -1,0 +1,170 @@
+"""Loading a generated model. Everything about it is checked at this wall, once; the loops check nothing."""
+
+import hashlib
+import importlib
+import importlib.util
+import pkgutil
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numba.core.errors import NumbaError
+from numpy.typing import ArrayLike, NDArray
+
+import generated
+from runner import abi
+from runner.checks import finite, unknown
+from runner.tables import LoadError, Tables, read_tables
+
+__all__ = ["LoadError", "Model", "Parameters", "available", "load"]
+
+#: The name of a parameter set, values by name, or both; None for the defaults.
+Parameters = str | Mapping[str, float] | tuple[str | None, Mapping[str, float]] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A generated model: its tables and its kernels, which compile when first asked for."""
+
+    tables: Tables
+    module: ModuleType
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.tables.name
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the coordinates, then of their velocities."""
+        return tuple(state.name for state in self.tables.states)
+
+    @cached_property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return self.state_names[: len(self.state_names) // 2]
+
+    def kernel(self, name: str) -> Any:
+        """The kernel of this name, compiled for the calling convention; a LoadError where it does not compile."""
+        if name not in abi.SIGNATURES or not hasattr(self.module, name):
+            raise LoadError(f"model {self.name}: {unknown('kernel', name, abi.SIGNATURES)}")
+        kernel = getattr(self.module, name)
+        try:
+            kernel.compile(abi.SIGNATURES[name])
+        except NumbaError as error:
+            raise LoadError(f"model {self.name}: kernel {name!r} does not compile:\n{error}") from None
+        return kernel
+
+    def parameter_values(self, parameters: Parameters = None) -> NDArray[np.float64]:
+        """Parameters p (n_parameters,): the defaults, changed by a named set, by values, or by a set and then values.
+
+        Raises ValueError for a set or parameter that does not exist and for a value that is no finite number.
+        """
+        parameter_set, overrides = _set_and_overrides(parameters)
+        sets = self.tables.parameter_sets
+        if parameter_set is not None and parameter_set not in sets:
+            raise ValueError(f"model {self.name}: {unknown('parameter set', parameter_set, sets)}")
+        values = {parameter.name: float(parameter.default) for parameter in self.tables.parameters}
+        for changes in (sets[parameter_set] if parameter_set is not None else {}, overrides):
+            for name, value in changes.items():
+                if name not in values:
+                    raise ValueError(f"model {self.name}: {unknown('parameter', name, values)}")
+                values[name] = finite(f"model {self.name}: parameter {name}", value)
+        return np.array(list(values.values()), dtype=np.float64)
+
+    def constants(self, p: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Constants c (n_constants,) of the kernels for parameters p; a ValueError names one that is not finite."""
+        names = self.tables.constant_names
+        c = np.zeros(len(names))
+        try:
+            self.kernel("constants")(np.ascontiguousarray(p, dtype=np.float64), c)
+        except ZeroDivisionError:
+            raise ValueError(f"model {self.name}: division by zero in the constants{self._zeros(p, '')}") from None
+        if not np.isfinite(c).all():
+            name = names[int(np.argmin(np.isfinite(c)))]
+            value = c[names.index(name)]
+            raise ValueError(f"model {self.name}: constant {name} is {value}{self._zeros(p, name)}")
+        return c
+
+    def state(self, values: Mapping[str, float] | ArrayLike) -> NDArray[np.float64]:
+        """A state x (n_states,), from an array or by name (the others are 0), checked to be finite."""
+        if isinstance(values, Mapping):
+            x = np.zeros(len(self.state_names))
+            for name, value in values.items():
+                if name not in self.state_names:
+                    raise ValueError(f"model {self.name}: {unknown('state', name, self.state_names)}")
+                x[self.state_names.index(name)] = finite(f"model {self.name}: initial {name}", value)
+            return x
+        x = np.array(values, dtype=np.float64)
+        if x.shape != (len(self.state_names),):
+            raise ValueError(f"model {self.name}: a state has shape ({len(self.state_names)},), found {x.shape}")
+        if not np.isfinite(x).all():
+            name = self.state_names[int(np.argmin(np.isfinite(x)))]
+            raise ValueError(f"model {self.name}: initial {name} is not finite")
+        return x
+
+    def _zeros(self, p: NDArray[np.float64], constant: str) -> str:
+        """What is likely behind a constant that is not finite: parameters that are zero, those it names first."""
+        zeros = [parameter.name for parameter, value in zip(self.tables.parameters, p, strict=True) if value == 0]
+        named = [name for name in zeros if f"_{name}_" in f"_{constant}_"]
+        return f"; zero: {', '.join(named or zeros)}" if zeros else "; a parameter is too large or too small"
+
+
+def _set_and_overrides(parameters: Parameters) -> tuple[str | None, Mapping[str, float]]:
+    if parameters is None or isinstance(parameters, str):
+        return parameters, {}
+    if isinstance(parameters, Mapping):
+        return None, parameters
+    if isinstance(parameters, tuple) and len(parameters) == 2 and isinstance(parameters[1], Mapping):
+        return parameters
+    raise ValueError(f"parameters is {parameters!r}, expected a set's name, values by name, or (name, values)")
+
+
+def available() -> tuple[str, ...]:
+    """Names of the models in `generated`."""
+    names = (module.name for module in pkgutil.iter_modules(generated.__path__))
+    return tuple(sorted(name for name in names if not name.startswith("_")))
+
+
+def load(name_or_path: str | Path) -> Model:
+    """The model of this name in `generated`, or the generated module in this file.
+
+    Raises LoadError where there is none (with the nearest name), where the module cannot be imported, or where its
+    tables and kernels are not as they should be.
+    """
+    path = Path(name_or_path)
+    by_path = isinstance(name_or_path, Path) or path.suffix == ".py" or len(path.parts) > 1
+    module = _module_at(path) if by_path else _generated_module(str(name_or_path))
+    return Model(read_tables(module), module)
+
+
+def _generated_module(name: str) -> ModuleType:
+    if name not in available():
+        raise LoadError(unknown("model", name, available()))
+    try:
+        return importlib.import_module(f"generated.{name}")
+    except Exception as error:
+        raise LoadError(f"model {name}: {type(error).__name__}: {error}; generate the model again") from error
+
+
+def _module_at(path: Path) -> ModuleType:
+    if not path.is_file():
+        raise LoadError(f"no file {path}; models by name: {', '.join(available()) or 'none'}")
+    # Numba imports a cached kernel's module by name: the name must be known, the file's own, and the same next time.
+    name = f"generated_{path.stem}_{hashlib.sha256(bytes(path.resolve())).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise LoadError(f"{path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        raise LoadError(f"{path}: {type(error).__name__}: {error}; generate the model again") from error
+    return module

@@ -1,0 +1,138 @@
+"""Records of numbers and addresses, for compiled functions that run once per stage or step.
+
+Numba counts references: passing a tuple of arrays to a function that is not inlined takes and drops a reference to each
+of them, some 10 ns an array and call, and every function that takes a tuple of n numbers takes n arguments and 10 n ms
+longer to compile. A record is one pointer; an array made from an address in it where it is used has no counter. The
+caller keeps the arrays alive; nothing here checks bounds.
+"""
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic as numba_intrinsic
+from numba.np.arrayobj import make_array, populate_array
+from numpy.typing import NDArray
+
+_FLOATS = types.Array(types.float64, 1, "C")
+_INTEGERS = types.Array(types.int64, 1, "C")
+_MATRIX = types.Array(types.float64, 2, "C")
+
+
+#: Untyped: what a compiled caller hands over is not what the typing function below it takes.
+intrinsic: Any = numba_intrinsic
+
+#: Options of numba for functions that allocate nothing and return no array: no reference counts, IEEE division.
+LEAN = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+#: The same for those that return an array made from an address.
+VIEW = LEAN | {"_nrt": True}
+
+
+def layout(integers: str, floats: str = "") -> np.dtype:
+    """The type of a record with these fields, int64 (counts and addresses) and float64."""
+    return np.dtype(
+        [*((name, np.int64) for name in integers.split()), *((name, np.float64) for name in floats.split())]
+    )
+
+
+def record(fields: np.dtype, /, **values: float) -> np.void:
+    """A record with these values and zeros elsewhere."""
+    made = np.zeros(1, dtype=fields)[0]
+    for name, value in values.items():
+        made[name] = value
+    return made
+
+
+def address(array: NDArray[Any]) -> int:
+    """The address of a C-contiguous, writable array's first item."""
+    if not (array.flags.c_contiguous and array.flags.writeable):
+        raise ValueError(f"an array of shape {array.shape} is not contiguous and writable")
+    return array.ctypes.data
+
+
+def writable(array: NDArray[Any]) -> NDArray[Any]:
+    """The array itself, or a copy where it is read-only or not contiguous."""
+    return np.require(array, requirements=["C", "W"])
+
+
+def _uncounted(array_type: types.Array, context: Any, builder: Any, where: Any, shape: list[Any]) -> Any:
+    array = make_array(array_type)(context, builder)
+    item = cgutils.intp_t(8)
+    strides = [builder.mul(shape[1], item), item] if len(shape) == 2 else [item]
+    data = builder.inttoptr(where, array.data.type)
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
+    return array._getvalue()
+
+
+@intrinsic
+def floats(typing_context: Any, where: Any, length: Any) -> Any:
+    """The float64 array (length,) at an address."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _uncounted(_FLOATS, context, builder, arguments[0], [arguments[1]])
+
+    return _FLOATS(types.int64, types.int64), emit
+
+
+@intrinsic
+def integers(typing_context: Any, where: Any, length: Any) -> Any:
+    """The int64 array (length,) at an address."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _uncounted(_INTEGERS, context, builder, arguments[0], [arguments[1]])
+
+    return _INTEGERS(types.int64, types.int64), emit
+
+
+@intrinsic
+def matrix(typing_context: Any, where: Any, rows: Any, columns: Any) -> Any:
+    """The float64 array (rows, columns) at an address."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _uncounted(_MATRIX, context, builder, arguments[0], list(arguments[1:]))
+
+    return _MATRIX(types.int64, types.int64, types.int64), emit
+
+
+#: States that `weighted_sum` takes at once; LLVM cuts them into the vector registers there are.
+BLOCK = 16
+
+
+@intrinsic
+def weighted_sum(typing_context: Any, base: Any, h: Any, weights: Any, count: Any, slopes: Any, target: Any) -> Any:
+    """target[m] = base[m] + h * sum_j weights[j] * slopes[BLOCK*j + m] for j < count, m < BLOCK.
+
+    All are addresses but h and count. The sum stays in registers, which the loop vectorizer does not find by itself:
+    it would have to interchange the loops.
+    """
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start, factor, first_weight, length, first_slope, result = arguments
+        scalar, integer = ir.DoubleType(), length.type
+        vector = ir.VectorType(scalar, BLOCK)
+
+        def load(where: Any) -> Any:
+            return builder.load(builder.inttoptr(where, vector.as_pointer()), align=8)
+
+        def splat(value: Any) -> Any:
+            lane = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+            mask = ir.Constant(ir.VectorType(ir.IntType(32), BLOCK), [0] * BLOCK)
+            return builder.shuffle_vector(lane, ir.Constant(vector, ir.Undefined), mask)
+
+        def multiply_add(a: Any, b: Any, c: Any) -> Any:
+            return builder.fadd(builder.fmul(a, b, flags=("contract",)), c, flags=("contract",))
+
+        total = cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * BLOCK))
+        with cgutils.for_range(builder, length, intp=integer) as loop:
+            place = builder.add(first_weight, builder.mul(loop.index, integer(8)))
+            weight = builder.load(builder.inttoptr(place, scalar.as_pointer()))
+            slope = load(builder.add(first_slope, builder.mul(loop.index, integer(8 * BLOCK))))
+            builder.store(multiply_add(splat(weight), slope, builder.load(total)), total)
+        value = multiply_add(splat(factor), builder.load(total), load(start))
+        builder.store(value, builder.inttoptr(result, vector.as_pointer()), align=8)
+        return context.get_dummy_value()
+
+    address = types.int64
+    return types.void(address, types.float64, address, types.int64, address, address), emit

@@ -1,0 +1,77 @@
+"""Modes of vibration: the eigenvalues of a model's Jacobian at a state, read as a mechanic reads them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.equilibrium import rest
+from runner.inputs.bind import bind
+from runner.inputs.signal import Signal, evaluate
+from runner.load import Model, Parameters
+
+#: Imaginary part relative to the magnitude below which an eigenvalue is real.
+REAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A conjugate pair of eigenvalues (oscillating) or a real one.
+
+    natural_frequency |eigenvalue| in rad/s; damping_ratio -Re/|eigenvalue|, negative where the mode grows;
+    damped_period 2 pi/|Im| in s, infinite for a real eigenvalue. participation: share of each coordinate, sum 1, from
+    right and left eigenvectors, so that it does not depend on units (Perez-Arriaga, Verghese, Schweppe, IEEE Trans.
+    Power App. Syst. PAS-101 (1982) 3117-3125).
+    """
+
+    eigenvalue: complex
+    natural_frequency: float
+    damping_ratio: float
+    damped_period: float
+    participation: Mapping[str, float] = field(hash=False)
+
+    @property
+    def oscillating(self) -> bool:
+        """Whether the mode swings."""
+        return np.isfinite(self.damped_period)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the mode dies away."""
+        return self.eigenvalue.real < 0
+
+
+def modes(
+    model: Model,
+    parameters: Parameters = None,
+    state: NDArray[np.float64] | None = None,
+    inputs: Mapping[str, Signal | float] | None = None,
+    t0: float = 0.0,
+) -> tuple[Mode, ...]:
+    """The modes at a state (n_states,), the equilibrium by default, with the inputs at t0; slowest first."""
+    c = model.constants(model.parameter_values(parameters))
+    table = bind(model.tables, inputs)
+    x = rest(model, c, table, t0) if state is None else model.state(state)
+    u = np.zeros(max(1, len(table.first)))
+    evaluate(table, table.first.copy(), t0, t0, len(table.first), u)
+    J = np.zeros((len(x), len(x)))
+    model.kernel("jacobian")(t0, x, u, c, J)
+    eigenvalues, right = np.linalg.eig(J)
+    shares = np.abs(right * np.linalg.pinv(right).T)
+    n = len(model.coordinate_names)
+    shares = (shares[:n] + shares[n:]) / shares.sum(axis=0)
+    found = [_mode(value, shares[:, k], model.coordinate_names) for k, value in enumerate(eigenvalues)]
+    return tuple(sorted((mode for mode in found if mode.eigenvalue.imag >= 0), key=lambda mode: mode.natural_frequency))
+
+
+def _mode(value: complex, shares: NDArray[np.float64], names: tuple[str, ...]) -> Mode:
+    size = abs(value)
+    real = abs(value.imag) <= REAL * size
+    return Mode(
+        eigenvalue=complex(value.real, 0.0) if real else complex(value),
+        natural_frequency=float(size),
+        damping_ratio=float(-value.real / size) if size else 0.0,
+        damped_period=float(np.inf if real else 2 * np.pi / abs(value.imag)),
+        participation=dict(zip(names, map(float, shares), strict=True)),
+    )

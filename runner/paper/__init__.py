@@ -1,0 +1,1 @@
+"""What paper 2116 computed, computed again and compared."""

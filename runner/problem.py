@@ -1,0 +1,73 @@
+"""What an integrator is given and what it gives back; the same for every family of methods."""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.inputs.signal import InputTable
+
+
+class Status(IntEnum):
+    """How a run ended. Drivers return these as integers; RUNNING means call again."""
+
+    RUNNING = 0
+    FINISHED = 1
+    TERMINATED = 2  # by a terminal event
+    NON_FINITE = 3  # a state became NaN, infinite or larger than the divergence limit
+    STEP_UNDERFLOW = 4
+    NEWTON_FAILURE = 5
+    TOO_MANY_STEPS = 6
+    TIME_LIMIT = 7
+    INTERRUPTED = 8  # Ctrl-C
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Counts as MATLAB prints them."""
+
+    steps: int = 0
+    failed_attempts: int = 0
+    evaluations: int = 0
+    jacobians: int = 0
+    factorizations: int = 0
+    linear_solves: int = 0
+    wall_time: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """x' = rhs(t, x, u(t), c) from t0 to t1, kernels of the calling convention (see `abi`).
+
+    initial_state (n_states,), constants (n_constants,), inputs: the channels rhs reads, at least `n_inputs` of them.
+    mass_matrix (n_states, n_states): where given, mass_matrix x' = rhs; it may be singular (stiff methods only).
+    """
+
+    rhs: Any
+    t0: float
+    t1: float
+    initial_state: NDArray[np.float64]
+    constants: NDArray[np.float64]
+    inputs: InputTable
+    n_inputs: int
+    state_names: tuple[str, ...]
+    jacobian: Any = None
+    mass_matrix: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Saved points t (n,), states (n, n_states) and how the run ended.
+
+    failed_at, failed_state: time and index of the state that left first, where the status is a failure.
+    """
+
+    t: NDArray[np.float64]
+    states: NDArray[np.float64]
+    status: Status
+    statistics: Statistics
+    failed_at: float = np.nan
+    failed_state: int = -1
+    extras: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,84 @@
+"""Tables for the terminal."""
+
+import numpy as np
+from rich.table import Table
+
+from runner.load import Model
+from runner.methods import METHODS
+from runner.modes import Mode
+from runner.solution import Solution
+
+
+def plain_table(title: str, *columns: str, numbers: int = 0) -> Table:
+    """A table whose last `numbers` columns are aligned to the right."""
+    table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="right" if index >= len(columns) - numbers else "left", overflow="fold")
+    return table
+
+
+def headlines(solution: Solution) -> dict[str, tuple[str, ...]]:
+    """Coordinates, outputs and inputs by kind, without the inputs that are 0 throughout."""
+    shown = {kind: [name for name in names if name in solution] for kind, names in solution.headlines.items()}
+    return {
+        kind: tuple(name for name in names if kind != "inputs" or solution[name].any()) for kind, names in shown.items()
+    }
+
+
+def summary(solution: Solution) -> Table:
+    """Extremes of every coordinate, output and moving input, and when they occur."""
+    table = plain_table("", "quantity", "unit", "start", "least", "at s", "greatest", "at s", "end", numbers=6)
+    for name in (name for names in headlines(solution).values() for name in names):
+        values = solution[name]
+        low, high = int(np.argmin(values)), int(np.argmax(values))
+        numbers = (values[0], values[low], solution.t[low], values[high], solution.t[high], values[-1])
+        table.add_row(name, solution.quantity(name).unit, *(f"{number:.4g}" for number in numbers))
+    return table
+
+
+def statistics(solution: Solution) -> str:
+    """One line: method, points, steps, evaluations, time."""
+    counts = solution.statistics
+    parts = [f"{solution.metadata.get('method', '')}: {counts.steps} steps"]
+    parts += [f"{counts.failed_attempts} failed attempts"] if counts.failed_attempts else []
+    parts += [f"{counts.evaluations} evaluations", f"{len(solution.t)} points", f"{counts.wall_time * 1e3:.1f} ms"]
+    return ", ".join(parts)
+
+
+def methods() -> Table:
+    """Every integration method."""
+    table = plain_table("", "method", "order", "stages", "step", "stiff", "source")
+    for method in METHODS.values():
+        step, stiff = "variable" if method.adaptive else "fixed", "yes" if method.stiff else "no"
+        table.add_row(method.name, str(method.order), str(method.stages or "-"), step, stiff, method.citation)
+    return table
+
+
+def model_tables(model: Model) -> list[Table]:
+    """Coordinates and velocities, inputs, outputs and parameters of a model."""
+    states = plain_table("State", "name", "unit", "meaning")
+    for quantity in model.tables.states:
+        states.add_row(quantity.name, quantity.unit, quantity.meaning)
+    inputs = plain_table("Inputs", "name", "unit", "meaning")
+    for channel in model.tables.inputs:
+        inputs.add_row(channel.name, channel.unit, channel.meaning)
+    outputs = plain_table("Outputs", "name", "unit", "meaning")
+    for quantity in model.tables.outputs:
+        outputs.add_row(quantity.name, quantity.unit, quantity.meaning)
+    sets = model.tables.parameter_sets
+    parameters = plain_table("Parameters", "name", "unit", "meaning", "default", *sets, numbers=1 + len(sets))
+    for each in model.tables.parameters:
+        changed = (f"{values[each.name]:g}" if each.name in values else "" for values in sets.values())
+        parameters.add_row(each.name, each.unit, each.meaning, f"{each.default:g}", *changed)
+    return [table for table in (states, inputs, outputs, parameters) if table.row_count]
+
+
+def modal_table(title: str, modes: tuple[Mode, ...]) -> Table:
+    """Frequencies, damping and the coordinates that take part most."""
+    table = plain_table(title, "damped period s", "frequency Hz", "damping ratio", "coordinates that take part")
+    for mode in modes:
+        period = f"{mode.damped_period:.4g}" if mode.oscillating else "-"
+        shares = sorted(mode.participation.items(), key=lambda item: -item[1])
+        named = ", ".join(f"{name} {share:.0%}" for name, share in shares[:3] if share > 0.05)
+        table.add_row(period, f"{mode.natural_frequency / (2 * np.pi):.4g}", f"{mode.damping_ratio:.4g}", named)
+    return table

@@ -1,0 +1,130 @@
+"""From a trajectory to a solution: outputs and inputs at the saved points, the message, the metadata."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import typeof, types
+from numpy.typing import NDArray
+
+from runner import abi
+from runner.compiled import compiled
+from runner.inputs.signal import sample
+from runner.methods import Method
+from runner.options import Options
+from runner.problem import Problem, Status, Trajectory
+from runner.solution import Solution
+from runner.tables import Quantity
+
+#: What to try after a run that failed.
+ADVICE = {
+    Status.NON_FINITE: "try a smaller step, a stiff method, or check the parameters",
+    Status.STEP_UNDERFLOW: "try a stiff method, looser tolerances, or look for a singularity there",
+    Status.NEWTON_FAILURE: "try a smaller max_step, or check the Jacobian and the parameters",
+    Status.TOO_MANY_STEPS: "try a larger max_steps, looser tolerances or a stiff method",
+    Status.TIME_LIMIT: "try a larger time_limit, a larger step or looser tolerances",
+    Status.INTERRUPTED: "the solution holds what was computed until then",
+}
+WHAT = {
+    Status.FINISHED: "finished",
+    Status.TERMINATED: "ended by an event",
+    Status.NON_FINITE: "diverged",
+    Status.STEP_UNDERFLOW: "needs a step too small for the time to advance",
+    Status.NEWTON_FAILURE: "stopped because Newton's iteration does not converge",
+    Status.TOO_MANY_STEPS: "took more steps than max_steps",
+    Status.TIME_LIMIT: "reached its wall-clock limit",
+    Status.INTERRUPTED: "was interrupted",
+}
+
+
+class IntegrationError(RuntimeError):
+    """A run that did not reach its end; `solution` is the part that was computed."""
+
+    def __init__(self, solution: Solution) -> None:
+        super().__init__(solution.message)
+        self.solution = solution
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is simulated, for the solution: its name, quantities, outputs kernel, parameters, headlines."""
+
+    name: str
+    states: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...] = ()
+    output_kernel: Any = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def as_solution(
+    subject: Subject, problem: Problem, method: Method, options: Options, trajectory: Trajectory
+) -> Solution:
+    """The solution of this trajectory."""
+    failed = trajectory.failed_state
+    return Solution(
+        t=trajectory.t,
+        values=_values(subject, problem, trajectory),
+        quantities=(*subject.states, *subject.outputs, *subject.inputs),
+        n_states=len(subject.states),
+        n_outputs=len(subject.outputs),
+        status=trajectory.status,
+        message=_message(subject, method, options, trajectory),
+        statistics=trajectory.statistics,
+        metadata=_metadata(subject, method, options),
+        failed_at=trajectory.failed_at,
+        failed_state=subject.states[failed].name if failed >= 0 else "",
+        extras=trajectory.extras,
+        headlines=subject.headlines,
+    )
+
+
+def _values(subject: Subject, problem: Problem, trajectory: Trajectory) -> NDArray[np.float64]:
+    """States, outputs and inputs at the saved points (n, n_quantities); at a jump, the limit from the right."""
+    n = len(trajectory.t)
+    u = np.zeros((n, max(1, len(subject.inputs))))
+    y = np.zeros((n, len(subject.outputs)))
+    sample(problem.inputs, trajectory.t, u)
+    if subject.output_kernel is not None:
+        arguments = (trajectory.t, trajectory.states, u, problem.constants, y)
+        _compiled_fill(*map(typeof, arguments))(subject.output_kernel, *arguments)
+    return np.concatenate([trajectory.states, y, u[:, : len(subject.inputs)]], axis=1)
+
+
+def fill(outputs, t, x, u, c, y):
+    """Write the outputs (n, n_outputs) at times t (n,), states x (n, n_states) and inputs u (n, n_inputs)."""
+    for i in range(len(t)):
+        outputs(t[i], x[i], u[i], c, y[i])
+
+
+@cache
+def _compiled_fill(*arguments: Any) -> Any:
+    return compiled(types.void(abi.RHS, *arguments))(fill)
+
+
+def _message(subject: Subject, method: Method, options: Options, trajectory: Trajectory) -> str:
+    """How the run ended; for a failure also when, which state, its last value, and what to try."""
+    status = trajectory.status
+    if status in (Status.FINISHED, Status.TERMINATED):
+        return f"{subject.name} {WHAT[status]} at t = {trajectory.t[-1]:.9g} s"
+    at = trajectory.failed_at if np.isfinite(trajectory.failed_at) else trajectory.t[-1]
+    step = f" with step {options.step:g} s" if options.step is not None and not method.adaptive else ""
+    message = f"{subject.name} {WHAT[status]} at t = {at:.9g} s (method {method.name}{step})"
+    if trajectory.failed_state >= 0:
+        state = subject.states[trajectory.failed_state]
+        last = trajectory.states[-1, trajectory.failed_state]
+        message += f": {state.name} left first, from {last:.6g} {state.unit}".rstrip()
+        message += f" at t = {trajectory.t[-1]:.9g} s"
+    return f"{message}; {ADVICE[status]}"
+
+
+def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:
+    settings: dict[str, str | float] = {"model": subject.name, "method": method.name}
+    if method.adaptive:
+        settings |= {"rtol": float(options.rtol), "atol": ", ".join(f"{a:g}" for a in np.atleast_1d(options.atol))}
+    elif options.step is not None:
+        settings["step"] = float(options.step)
+    return settings | {f"parameter {name}": float(value) for name, value in subject.parameters.items()}

@@ -1,0 +1,152 @@
+"""What a run gives back: time, states, outputs and inputs by name, with units, statistics and how it ended."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.checks import unknown
+from runner.files import written_aside
+from runner.problem import Statistics, Status
+from runner.tables import Quantity
+
+if TYPE_CHECKING:
+    import xarray
+
+    from runner.events.kinds import EventLog
+
+TIME = Quantity("time", "s", "time")
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A run: t (n,) in s; values (n, n_quantities) float64, one column for each of `quantities`.
+
+    quantities: n_states states, n_outputs outputs, and the inputs, in this order. `s["q_6"]` is a column (n,), s["t"]
+    the time. metadata: model, method, step, parameter values, as text and numbers. failed_at (s), failed_state: where a
+    run that failed left. headlines: kind (coordinates, outputs, inputs) -> names that a person looks at first.
+    """
+
+    t: NDArray[np.float64]
+    values: NDArray[np.float64]
+    quantities: tuple[Quantity, ...]
+    n_states: int
+    n_outputs: int
+    status: Status
+    message: str
+    statistics: Statistics
+    metadata: Mapping[str, str | float]
+    failed_at: float = np.nan
+    failed_state: str = ""
+    extras: Mapping[str, Any] | None = None
+    headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        self.t.flags.writeable = self.values.flags.writeable = False
+
+    @cached_property
+    def _columns(self) -> dict[str, int]:
+        return {quantity.name: i for i, quantity in enumerate(self.quantities)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the states, outputs and inputs."""
+        return tuple(self._columns)
+
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """The states (n, n_states)."""
+        return self.values[:, : self.n_states]
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.names[: self.n_states]
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return self.names[self.n_states : self.n_states + self.n_outputs]
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs and of their rates where the model has them."""
+        return self.names[self.n_states + self.n_outputs :]
+
+    @property
+    def events(self) -> "EventLog":
+        """The events of the run, see `runner.events.kinds.EventLog`; ValueError where none was watched for."""
+        if not self.extras or "events" not in self.extras:
+            raise ValueError("this run watched for no events; give simulate some, events=[qddot.crossing(...)]")
+        return self.extras["events"]
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end or a terminal event."""
+        return self.status in (Status.FINISHED, Status.TERMINATED)
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """The column (n,) of this name; KeyError with the nearest name where there is none."""
+        if name in ("t", "time"):
+            return self.t
+        return self.values[:, self._place(name)]
+
+    def __contains__(self, name: object) -> bool:
+        """Whether a quantity has this name."""
+        return name in self._columns
+
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+        return iter(self._columns)
+
+    def quantity(self, name: str) -> Quantity:
+        """Name, unit and meaning; KeyError with the nearest name where there is none."""
+        return self.quantities[self._place(name)]
+
+    def _place(self, name: str) -> int:
+        if name not in self._columns:
+            raise KeyError(unknown("quantity", name, self._columns))
+        return self._columns[name]
+
+    @property
+    def attributes(self) -> dict[str, str | float]:
+        """Everything beside the columns, for files: metadata, how the run ended, statistics."""
+        counts = {name: float(value) for name, value in asdict(self.statistics).items()}
+        return {**self.metadata, "status": self.status.name, "message": self.message, **counts}
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The run as a data set: one variable (time,) for each quantity, with the attributes units and long_name."""
+        import xarray  # noqa: PLC0415 - slow to import, and most runs need none
+
+        columns = {
+            quantity.name: ("time", self.values[:, i], _attributes(quantity))
+            for i, quantity in enumerate(self.quantities)
+        }
+        return xarray.Dataset(columns, {"time": ("time", self.t, _attributes(TIME))}, self.attributes)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the run to a NetCDF file, which xarray.open_dataset reads as `to_xarray` gives it.
+
+        The file appears whole or not at all. Raises OSError where it cannot be written.
+        """
+        from netCDF4 import Dataset  # noqa: PLC0415 - only a run that is saved needs it
+
+        path = Path(path)
+        with written_aside(path) as aside, Dataset(aside, "w", format="NETCDF4") as file:
+            file.setncatts(self.attributes)
+            file.createDimension("time", len(self.t))
+            columns = [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)]
+            for quantity, values in columns:
+                variable = file.createVariable(quantity.name, "f8", ("time",), fill_value=False)
+                variable.setncatts(_attributes(quantity))
+                variable[:] = values
+        return path
+
+
+def _attributes(quantity: Quantity) -> dict[str, str]:
+    return {"units": quantity.unit, "long_name": quantity.meaning}

@@ -1,0 +1,122 @@
+"""`ode15s`: numerical differentiation formulas of orders 1 to 5 at quasi-constant step, for stiff M x' = f(t, x).
+
+L. F. Shampine, M. W. Reichelt, "The MATLAB ODE Suite", SIAM J. Sci. Comput. 18 (1997) 1-22; singular M after Shampine,
+Reichelt, Kierzenka, SIAM Review 41 (1999) 538-552.
+"""
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runner.compiled import compiled
+from runner.options import Options
+from runner.problem import Problem, Trajectory
+from runner.stiff.driver import Run, loop_signature
+from runner.stiff.events import finish_events, watch_step
+from runner.stiff.ndf_choice import choose_after_success
+from runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, HIGHEST_ORDER, PREDICTED, PSI, ROWS, prepare_polynomial
+from runner.stiff.ndf_step import form_matrix, step
+from runner.stiff.run import (
+    RUNNING,
+    START,
+    STEP,
+    begin_segment,
+    check_step,
+    finish_step,
+    must_return,
+    save_step,
+    wants_inner_points,
+)
+from runner.stiff.space import INLINE, F, X, control_type, vectors
+from runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+
+if TYPE_CHECKING:
+    from runner.methods import Method
+
+#: k: order; last_h, last_k: of the step before; same_steps: taken with this h and k; rate: of Newton's convergence;
+#: R, RU: see `ndf_formulas.rescale`.
+CONTROL = control_type(
+    [
+        *((name, "f8") for name in ("last_h", "rate", "error")),
+        *((name, "i8") for name in ("k", "last_k", "same_steps", "max_order", "bdf")),
+        *((name, "?") for name in ("have_rate", "at_h_min")),
+        *((name, "f8", (HIGHEST_ORDER, HIGHEST_ORDER)) for name in ("R", "RU")),
+    ]
+)
+
+
+@compiled(**INLINE)
+def first_step(space, s, v):
+    """Slope and first step at the start of a segment: half the tolerance for the error of backward Euler, h^2 x''/2."""
+    multiply(space, space.pseudo_inverse, v, F, DELTA)
+    set_weights(v, X)
+    s.h_min = 16.0 * np.spacing(abs(s.t))
+    s.h = min(s.h_max, max(s.h_min, s.first_step))
+    if s.first_step == 0.0:
+        longest = min(s.h_max, s.segment_end - s.t)
+        s.h = _limited(1.25 * weighted_norm(s, v, DELTA) / np.sqrt(s.rtol), longest, s.h_min)
+        time_derivative(space, s, v, min(ROOT_EPS * max(abs(s.t), abs(s.t + s.h)), s.h), PSI)
+        multiply(space, space.jacobian, v, DELTA, PREDICTED)
+        for i in range(space.n):
+            v[PREDICTED, i] += v[PSI, i]
+        multiply(space, space.pseudo_inverse, v, PREDICTED, CORRECTION)
+        s.h = _limited(1.25 * np.sqrt(0.5 * weighted_norm(s, v, CORRECTION) / s.rtol), longest, s.h_min)
+    s.first_step = 0.0
+    for i in range(space.n):
+        for j in range(HIGHEST_ORDER + 2):
+            v[DIF + j, i] = 0.0
+        v[DIF, i] = s.h * v[DELTA, i]
+    s.k, s.last_k, s.last_h, s.same_steps, s.at_h_min = 1, 1, s.h, 0, False
+    form_matrix(space, s)
+
+
+@compiled(**INLINE)
+def _limited(rate, longest, shortest):
+    return max(1.0 / rate if longest * rate > 1.0 else longest, shortest)
+
+
+def advance(space, s, points, watch, most_steps):
+    """Take at most `most_steps` steps; returns a Status."""
+    v = vectors(space)
+    status = RUNNING
+    for _ in range(most_steps):
+        if must_return(s, points, watch):
+            break
+        if s.phase == START:
+            status = begin_segment(space, s, v, points, watch)
+            if status == RUNNING:
+                first_step(space, s, v)
+        if status == RUNNING and s.phase == STEP:
+            status = step(space, s, v)
+            if status == RUNNING:
+                status = check_step(s, v)
+            if status == RUNNING:
+                happened = watch_step(space, s, v, watch)
+                if happened > 0 or wants_inner_points(s, points):
+                    prepare_polynomial(s, v)
+                finish_events(space, s, v, points, watch, happened)
+        if status != RUNNING or not save_step(s, v, points):
+            break
+        choose_after_success(s, v)
+        status = finish_step(s, v, points)
+        if status != RUNNING:
+            break
+    return status
+
+
+@cache
+def _compiled_advance() -> Any:
+    return compiled(loop_signature(CONTROL), error_model="numpy")(advance)
+
+
+def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+    """Integrate by the NDFs of orders 1 to options.max_order, or by the BDFs where options.bdf.
+
+    The Jacobian comes from problem.jacobian, or from forward differences. Saves options.refine points a step (1), or at
+    options.output_times by dense output. Events end up in extras["events"], an `EventLog`. Raises ValueError for a mass
+    matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
+    consistent.
+    """
+    run = Run(problem, options, ROWS, CONTROL, max_order=options.max_order, bdf=options.bdf)
+    return run.drive(_compiled_advance())

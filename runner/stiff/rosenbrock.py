@@ -1,0 +1,110 @@
+"""`rodas5p`: a stiff one-step method of order 5, L-stable and without a Newton iteration, for M x' = f(t, x).
+
+For lightly damped oscillations, where backward differences are barely stable, and for loose to moderate tolerances.
+G. Steinebach, BIT Numer. Math. 63 (2023) 27; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7.
+"""
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runner.compiled import compiled
+from runner.explicit.controller import CONTROL as STEP_CONTROL
+from runner.explicit.controller import control_for
+from runner.memory import LEAN
+from runner.options import Options
+from runner.problem import Problem, Trajectory
+from runner.stiff.driver import Run, loop_signature
+from runner.stiff.events import finish_events, watch_step
+from runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, step
+from runner.stiff.run import (
+    RUNNING,
+    START,
+    STEP,
+    begin_segment,
+    check_step,
+    finish_step,
+    must_return,
+    save_step,
+    wants_inner_points,
+)
+from runner.stiff.space import F, X, control_type, vectors
+from runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+
+if TYPE_CHECKING:
+    from runner.methods import Method
+
+#: The estimate of the error is O(h^5).
+ERROR_ORDER = 5
+DEFAULT_CONTROLLER = "pi"
+CONTROL = control_type([("next_h", "f8"), ("last_error", "f8")])
+
+
+@compiled(**LEAN)
+def first_step(space, s, v):
+    """A first step that changes the state by about rtol^(1/5), judged by x' and x''."""
+    s.last_error = 1.0
+    s.h = min(s.h_max, s.segment_end - s.t)
+    if s.first_step > 0.0:
+        s.h, s.first_step = min(s.h, s.first_step), 0.0
+        return
+    set_weights(v, X)
+    part = 0.8 * s.rtol ** (1.0 / ERROR_ORDER)
+    multiply(space, space.pseudo_inverse, v, F, U)
+    s.h = min(s.h, part / weighted_norm(s, v, U))
+    time_derivative(space, s, v, min(ROOT_EPS * max(abs(s.t), abs(s.t + s.h)), s.h), DFDT)
+    multiply(space, space.jacobian, v, U, PAST)
+    for i in range(space.n):
+        v[PAST, i] += v[DFDT, i]
+    multiply(space, space.pseudo_inverse, v, PAST, ARGUMENT)
+    s.h = min(s.h, part * np.sqrt(2.0 / weighted_norm(s, v, ARGUMENT)))
+
+
+def advance(space, s, points, watch, most_steps, step_control):
+    """Take at most `most_steps` steps; returns a Status."""
+    v = vectors(space)
+    status = RUNNING
+    for _ in range(most_steps):
+        if must_return(s, points, watch):
+            break
+        if s.phase == START:
+            status = begin_segment(space, s, v, points, watch)
+            if status == RUNNING:
+                first_step(space, s, v)
+        if status == RUNNING and s.phase == STEP:
+            status = step(space, step_control, s, v)
+            if status == RUNNING:
+                status = check_step(s, v)
+            if status == RUNNING:
+                happened = watch_step(space, s, v, watch)
+                if happened > 0 or wants_inner_points(s, points):
+                    prepare_polynomial(v)
+                finish_events(space, s, v, points, watch, happened)
+        if status != RUNNING or not save_step(s, v, points):
+            break
+        s.h = s.next_h
+        status = finish_step(s, v, points)
+        if status != RUNNING:
+            break
+    return status
+
+
+@cache
+def _compiled_advance() -> Any:
+    return compiled(loop_signature(CONTROL, STEP_CONTROL), error_model="numpy")(advance)
+
+
+def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+    """Integrate by Rodas5P with the step control of options.controller, "pi" by default.
+
+    The Jacobian comes from problem.jacobian, or from forward differences. Saves options.refine points a step (1), or at
+    options.output_times by dense output. Events end up in extras["events"], an `EventLog`. Raises ValueError for a mass
+    matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
+    consistent.
+    """
+    name = options.controller or DEFAULT_CONTROLLER
+    step_control = control_for(name, ERROR_ORDER, options.rtol, float(options.divergence_limit))
+    run = Run(problem, options, ROWS, CONTROL)
+    loop = _compiled_advance()
+    return run.drive(lambda *arguments: loop(*arguments, step_control))

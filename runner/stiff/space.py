@@ -1,0 +1,129 @@
+"""Where a stiff method works: vectors, matrices, inputs by address (see `memory`); a run's scalars in one record."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.abi import MATRIX_KERNEL, VECTOR_KERNEL
+from runner.compiled import compiled
+from runner.memory import LEAN, VIEW, address, layout, matrix, record, writable
+from runner.options import Options
+from runner.pointers import pointer
+from runner.problem import Problem
+from runner.stiff.linear_algebra import find_lapack
+
+#: Options of numba for functions that are called from one place: compiled with their caller, not twice.
+INLINE = {**LEAN, "inline": "always"}
+
+#: Rows of the vectors v that every stiff method has: present and new state, f, atol/rtol (relative to at least that an
+#: error counts), 1/(size against which errors count), two rows of scratch, a state within the step, and the step as a
+#: polynomial, v[X] + theta v[POLYNOMIAL] + ... + theta^5 v[POLYNOMIAL + 4]. A method's own rows follow from OWN.
+#: As np.int64, because numba compiles a function again for every literal int that it is called with.
+X, X_NEW, F, THRESHOLD, WEIGHTS, SHIFTED, F_SHIFTED, WITHIN, POLYNOMIAL = np.arange(9)
+DEGREE = 5
+OWN = POLYNOMIAL + DEGREE
+
+#: Scalars of a run. t, t_new: the step in hand; length: its full length, where an event ends it early; h the step size,
+#: h_max its limit, h_min its least value at t; first_step: of the first segment, 0 for automatic. segment: index of the
+#: stop that the run is heading for, at segment_end. next_output: first output time not yet saved; next_part: of the
+#: step's `refine` parts. found: events. worst: state with the largest error or correction. algebraic: the mass matrix
+#: is singular.
+CONTROL = [
+    *((name, "f8") for name in ("t", "t_new", "length", "h", "h_min", "h_max", "first_step", "segment_end")),
+    *((name, "f8") for name in ("rtol", "limit")),
+    *((name, "i8") for name in ("phase", "segment", "saved", "next_output", "next_part", "refine", "found")),
+    *((name, "i8") for name in ("max_steps", "steps", "failed_attempts", "evaluations", "jacobians")),
+    *((name, "i8") for name in ("factorizations", "linear_solves", "failed_state", "worst")),
+    *((name, "?") for name in ("reaches_end", "fresh_jacobian", "singular", "unit_mass", "algebraic", "terminated")),
+]
+
+
+def control_type(own: list[Any]) -> np.dtype:
+    """The type of a run's record of scalars: the common ones, then a method's own."""
+    return np.dtype([*CONTROL, *own], align=True)
+
+
+#: Addresses and lengths. rhs, jacobian_kernel (0 where there is none); work (rows, n), the vectors; mass, its
+#: pseudo_inverse, jacobian, factors (n, n); pivots (n,); constants (n_constants,); u, cursor (channels,); pieces to
+#: order as in `InputTable`; getrf, getrs: LAPACK's. blocks is 1 and x unused: they are there for `workspace.states`.
+SPACE = layout(
+    "rhs jacobian_kernel n rows blocks work x mass pseudo_inverse jacobian factors pivots "
+    "constants n_constants n_inputs channels u cursor pieces n_pieces first last rate offset order getrf getrs"
+)
+
+
+@compiled(**VIEW)
+def vectors(space):
+    """All rows of v, (rows, n)."""
+    return matrix(space.work, space.rows, space.n)
+
+
+@compiled(**VIEW)
+def square(space, where):
+    """The (n, n) matrix at an address."""
+    return matrix(where, space.n, space.n)
+
+
+def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """A space that holds the initial state, thresholds and mass matrix, and the arrays it points into.
+
+    Raises ValueError for a mass matrix of the wrong shape, or an atol that is not one number or one for each state.
+    """
+    n, inputs, kernel = len(problem.initial_state), problem.inputs, problem.jacobian
+    mass = mass_matrix(problem)
+    arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
+    arrays |= {
+        "work": _initial_vectors(problem, options, rows),
+        "x": np.zeros(n),
+        "mass": mass,
+        "pseudo_inverse": mass if problem.mass_matrix is None else _pseudo_inverse(mass),
+        "jacobian": np.zeros((n, n)),
+        "factors": np.zeros((n, n)),
+        "pivots": np.zeros(n, dtype=np.int64),
+        "constants": np.array(problem.constants, dtype=np.float64),
+        "u": np.zeros(max(1, len(inputs.first))),
+        "cursor": np.array(inputs.first),
+    }
+    numbers = {
+        "rhs": pointer(problem.rhs, VECTOR_KERNEL, "rhs"),
+        "jacobian_kernel": 0 if kernel is None else pointer(kernel, MATRIX_KERNEL, "jacobian"),
+        "n": n,
+        "rows": rows,
+        "blocks": 1,
+        "n_constants": len(problem.constants),
+        "n_inputs": int(problem.n_inputs),
+        "channels": len(inputs.first),
+        "n_pieces": len(inputs.pieces),
+        **find_lapack(n)._asdict(),
+    }
+    places = {name: address(arrays[name]) for name in SPACE.names or () if name not in numbers}
+    return record(SPACE, **numbers, **places), arrays
+
+
+def mass_matrix(problem: Problem) -> NDArray[np.float64]:
+    """The mass matrix (n, n), of unity where none is given."""
+    n = len(problem.initial_state)
+    if problem.mass_matrix is None:
+        return np.eye(n)
+    mass = np.array(problem.mass_matrix, dtype=np.float64)
+    if mass.shape != (n, n):
+        raise ValueError(f"mass_matrix has shape {mass.shape}, expected ({n}, {n}) for {n} states")
+    if not np.isfinite(mass).all():
+        row, column = np.argwhere(~np.isfinite(mass))[0]
+        raise ValueError(f"mass_matrix[{row}, {column}] is {mass[row, column]}, expected finite numbers")
+    return mass
+
+
+def _pseudo_inverse(mass: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.ascontiguousarray(np.linalg.pinv(mass, rcond=len(mass) * np.finfo(np.float64).eps))
+
+
+def _initial_vectors(problem: Problem, options: Options, rows: int) -> NDArray[np.float64]:
+    n, atol = len(problem.initial_state), np.asarray(options.atol)
+    if atol.ndim == 1 and len(atol) != n:
+        raise ValueError(f"atol has {len(atol)} entries, expected one number or one for each of the {n} states")
+    v = np.zeros((rows, n))
+    v[X] = problem.initial_state
+    v[THRESHOLD] = np.maximum(atol / options.rtol, np.finfo(np.float64).tiny)
+    return v

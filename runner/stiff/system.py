@@ -1,0 +1,171 @@
+"""What the stiff methods compute of M x' = f(t, x): inputs, Jacobian, df/dt, factorized combinations, norms."""
+
+from typing import Any
+
+import numpy as np
+from numba.extending import intrinsic
+
+from runner.abi import MATRIX_KERNEL
+from runner.compiled import compiled
+from runner.explicit.workspace import constants, input_table, input_values
+from runner.inputs.signal import evaluate
+from runner.memory import LEAN, floats, integers
+from runner.pointers import _caller, call_kernel
+from runner.stiff.linear_algebra import factorize, solve
+from runner.stiff.space import (
+    DEGREE,
+    F_SHIFTED,
+    POLYNOMIAL,
+    SHIFTED,
+    THRESHOLD,
+    WEIGHTS,
+    WITHIN,
+    F,
+    X,
+    square,
+)
+
+#: A time at the end of a step looks its inputs up this part of the step inside: the limit from within where one jumps.
+SIDE = 1e-6
+#: Square root of the rounding unit: relative increment of a forward difference.
+ROOT_EPS = float(np.sqrt(np.finfo(np.float64).eps))
+
+
+@intrinsic
+def call_matrix_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
+    """Call kernel(t, x, u, c, J) of the calling convention at an address."""
+    return _caller(MATRIX_KERNEL)
+
+
+@compiled(**LEAN)
+def set_inputs(space, t, side):
+    """Look the inputs up at t, as limits from the side on which the time `side` lies."""
+    if space.n_inputs > 0:
+        cursor = integers(space.cursor, space.channels)
+        evaluate(input_table(space), cursor, t, side, space.n_inputs, input_values(space))
+
+
+@compiled(**LEAN)
+def evaluate_f(space, s, t, row, target):
+    """v[target] = f(t, v[row]) with the inputs last set."""
+    x, f = floats(space.work + 8 * space.n * row, space.n), floats(space.work + 8 * space.n * target, space.n)
+    call_kernel(space.rhs, t, x, input_values(space), constants(space), f)
+    s.evaluations += 1
+
+
+@compiled(**LEAN)
+def evaluate_jacobian(space, s, v, t, typical_step):
+    """Evaluate df/dx at (t, v[X]), where v[F] = f, with the inputs last set.
+
+    Without a kernel: forward differences, with increments relative to |x|, to its change within typical_step (s), or to
+    the threshold, whichever is largest.
+    """
+    n = space.n
+    jacobian = square(space, space.jacobian)
+    s.jacobians += 1
+    if space.jacobian_kernel != 0:
+        x = floats(space.work + 8 * n * X, n)
+        call_matrix_kernel(space.jacobian_kernel, t, x, input_values(space), constants(space), jacobian)
+        return
+    for i in range(n):
+        v[SHIFTED, i] = v[X, i]
+    for j in range(n):
+        scale = max(abs(v[X, j]), abs(typical_step * v[F, j]), v[THRESHOLD, j])
+        shifted = v[X, j] + np.copysign(ROOT_EPS * scale, v[F, j])
+        v[SHIFTED, j] = shifted
+        evaluate_f(space, s, t, SHIFTED, F_SHIFTED)
+        for i in range(n):
+            jacobian[i, j] = (v[F_SHIFTED, i] - v[F, i]) / (shifted - v[X, j])
+        v[SHIFTED, j] = v[X, j]
+
+
+@compiled(**LEAN)
+def time_derivative(space, s, v, increment, dfdt):
+    """v[dfdt] = df/dt at (s.t, v[X]), where v[F] = f, by a forward difference; changes the inputs last set."""
+    later = s.t + increment
+    set_inputs(space, later, later)
+    evaluate_f(space, s, later, X, dfdt)
+    for i in range(v.shape[1]):
+        v[dfdt, i] = (v[dfdt, i] - v[F, i]) / (later - s.t)
+
+
+@compiled(**LEAN)
+def find_non_finite(space, s, v):
+    """The first state whose slope, here or just ahead, or whose row of the Jacobian is not finite; -1 where all are."""
+    set_inputs(space, s.t, s.t + SIDE * s.h)
+    evaluate_f(space, s, s.t, X, F)
+    for i in range(space.n):
+        v[SHIFTED, i] = v[X, i] + s.h * v[F, i]
+    set_inputs(space, s.t + s.h, s.t + s.h)
+    evaluate_f(space, s, s.t + s.h, SHIFTED, F_SHIFTED)
+    jacobian = square(space, space.jacobian)
+    for i in range(space.n):
+        if not (np.isfinite(v[F, i]) and np.isfinite(v[F_SHIFTED, i])):
+            return i
+    for i in range(space.n):
+        for j in range(space.n):
+            if not np.isfinite(jacobian[i, j]):
+                return i
+    return -1
+
+
+@compiled(**LEAN)
+def factorize_shifted(space, s, a, b):
+    """Factorize a M - b df/dx; s.singular tells whether that failed."""
+    n = space.n
+    mass, jacobian, factors = square(space, space.mass), square(space, space.jacobian), square(space, space.factors)
+    for j in range(n):
+        for i in range(n):
+            factors[j, i] = a * mass[i, j] - b * jacobian[i, j]  # by columns
+    s.singular = factorize(space, factors, integers(space.pivots, n)) >= 0
+    s.factorizations += 1
+
+
+@compiled(**LEAN)
+def solve_factorized(space, s, row):
+    """Overwrite the row of v with the solution of the system last factorized."""
+    n = space.n
+    solve(space, square(space, space.factors), integers(space.pivots, n), floats(space.work + 8 * n * row, n))
+    s.linear_solves += 1
+
+
+@compiled(**LEAN)
+def multiply(space, where, v, row, target):
+    """v[target] = the (n, n) matrix at an address times v[row]."""
+    matrix = square(space, where)
+    for i in range(space.n):
+        total = 0.0
+        for j in range(space.n):
+            total += matrix[i, j] * v[row, j]
+        v[target, i] = total
+
+
+@compiled(**LEAN)
+def set_weights(v, row):
+    """Errors count relative to the larger of |v[X]|, |v[row]| and the threshold."""
+    for i in range(v.shape[1]):
+        v[WEIGHTS, i] = 1.0 / max(abs(v[X, i]), abs(v[row, i]), v[THRESHOLD, i])
+
+
+@compiled(**LEAN)
+def weighted_norm(s, v, row):
+    """The largest |v[row, i]| * v[WEIGHTS, i]; NaN if one is. s.worst is its index."""
+    largest = 0.0
+    for i in range(v.shape[1]):
+        size = abs(v[row, i]) * v[WEIGHTS, i]
+        if not size <= largest:
+            largest = size
+            s.worst = i
+            if np.isnan(size):
+                break
+    return largest
+
+
+@compiled(**LEAN)
+def evaluate_polynomial(v, theta):
+    """v[WITHIN] = the state at part theta of the step, 0 to 1."""
+    for i in range(v.shape[1]):
+        value = v[POLYNOMIAL + DEGREE - 1, i]
+        for p in range(DEGREE - 2, -1, -1):
+            value = v[POLYNOMIAL + p, i] + theta * value
+        v[WITHIN, i] = v[X, i] + theta * value

@@ -1,0 +1,1 @@
+"""What to run, described in TOML: reading it (`read`, `schema`, `units`) and running it (`run`)."""

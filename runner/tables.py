@@ -1,0 +1,151 @@
+"""The tables of a generated module as records, and the checks that they are well formed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+
+from runner import abi
+
+MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
+
+
+class LoadError(ValueError):
+    """A model that cannot be loaded; the message says which, why and what to do."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A state or an output."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Channel:
+    """An input channel; rate_of names the input whose time derivative it is, or is empty."""
+
+    name: str
+    rate_of: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter and its default."""
+
+    name: str
+    default: float
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What a generated module says about its model. states: coordinates, then their velocities in the same order."""
+
+    name: str
+    title: str
+    states: tuple[Quantity, ...]
+    inputs: tuple[Channel, ...]
+    rhs_inputs: int
+    outputs: tuple[Quantity, ...]
+    parameters: tuple[Parameter, ...]
+    parameter_sets: dict[str, dict[str, float]] = field(hash=False)
+    constant_names: tuple[str, ...]
+    linear: bool
+    mass_matrix: str
+
+
+def read_tables(module: ModuleType) -> Tables:
+    """The checked tables of a generated module; raises LoadError naming the table and the row."""
+    tables = Tables(
+        name=_entry(module, "NAME", str),
+        title=_entry(module, "TITLE", str),
+        states=_records(module, "STATE", Quantity, (str, str, str)),
+        inputs=_records(module, "INPUT", Channel, (str, str, str, str)),
+        rhs_inputs=_entry(module, "RHS_INPUTS", int),
+        outputs=_records(module, "OUTPUT", Quantity, (str, str, str)),
+        parameters=_records(module, "PARAMETER", Parameter, (str, (int, float), str, str)),
+        parameter_sets=_entry(module, "PARAMETER_SETS", dict),
+        constant_names=tuple(_entry(module, "CONSTANT", (tuple, list))),
+        linear=_entry(module, "LINEAR", bool),
+        mass_matrix=_entry(module, "MASS_MATRIX", str),
+    )
+    _check_names(module, tables)
+    _check_numbers(module, tables)
+    _check_kernels(module, tables)
+    return tables
+
+
+def _fail(module: ModuleType, message: str) -> LoadError:
+    return LoadError(f"{module.__file__}: {message}; generate the model again")
+
+
+def _entry(module: ModuleType, name: str, kind: Any) -> Any:
+    if not hasattr(module, name):
+        raise _fail(module, f"no table {name}, so this is no generated model of this version")
+    value = getattr(module, name)
+    if not isinstance(value, kind):
+        raise _fail(module, f"{name} is {value!r}, expected {getattr(kind, '__name__', 'a tuple')}")
+    return value
+
+
+def _records(module: ModuleType, name: str, record: Any, kinds: Sequence[Any]) -> tuple[Any, ...]:
+    rows = _entry(module, name, (tuple, list))
+    for i, row in enumerate(rows):
+        fits = isinstance(row, tuple | list) and len(row) == len(kinds)
+        if not (fits and all(map(isinstance, row, kinds))):
+            expected = ", ".join(each.name for each in fields(record))
+            raise _fail(module, f"{name}[{i}] is {row!r}, expected ({expected})")
+    return tuple(record(*row) for row in rows)
+
+
+def _check_names(module: ModuleType, tables: Tables) -> None:
+    seen = {"t", "time"}
+    named = [each.name for each in tables.states] + [each.name for each in tables.outputs]
+    for name in named + [each.name for each in tables.inputs]:
+        if name in seen:
+            raise _fail(module, f"the name {name!r} stands twice in STATE, INPUT and OUTPUT, or is that of time")
+        seen.add(name)
+    names = [parameter.name for parameter in tables.parameters]
+    if len(set(names)) < len(names):
+        raise _fail(module, f"PARAMETER names {max(names, key=names.count)!r} twice")
+    values = {channel.name for channel in tables.inputs if not channel.rate_of}
+    for channel in tables.inputs:
+        if channel.rate_of and channel.rate_of not in values:
+            raise _fail(module, f"INPUT {channel.name} is the rate of {channel.rate_of!r}, which is no input")
+    for key, overrides in tables.parameter_sets.items():
+        for name in overrides:
+            if name not in names:
+                raise _fail(module, f"PARAMETER_SETS[{key!r}] sets {name!r}, which is no parameter")
+
+
+def _check_numbers(module: ModuleType, tables: Tables) -> None:
+    if not tables.states or len(tables.states) % 2:
+        raise _fail(module, f"STATE has {len(tables.states)} rows, expected coordinates and as many velocities")
+    if not 0 <= tables.rhs_inputs <= len(tables.inputs):
+        raise _fail(module, f"RHS_INPUTS is {tables.rhs_inputs}, but INPUT has {len(tables.inputs)} rows")
+    if tables.mass_matrix not in MASS_MATRICES:
+        raise _fail(module, f"MASS_MATRIX is {tables.mass_matrix!r}, expected one of {', '.join(MASS_MATRICES)}")
+    for parameter in tables.parameters:
+        if not np.isfinite(parameter.default):
+            raise _fail(module, f"PARAMETER {parameter.name} is {parameter.default}, expected a finite number")
+
+
+def _check_kernels(module: ModuleType, tables: Tables) -> None:
+    for name, signature in abi.SIGNATURES.items():
+        if name == "linear" and not tables.linear:
+            continue
+        kernel = getattr(module, name, None)
+        if not isinstance(kernel, Dispatcher):
+            raise _fail(module, f"kernel {name!r} is missing or not compiled by numba")
+        found, expected = kernel.py_func.__code__.co_argcount, len(signature.args)
+        if found != expected:
+            raise _fail(module, f"kernel {name!r} takes {found} arguments, expected {expected}")

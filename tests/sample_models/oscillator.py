@@ -1,0 +1,108 @@
+"""Damped driven oscillator, written by hand in the form of a generated module."""
+
+from numba import njit
+
+NAME = "oscillator"
+TITLE = "Damped driven oscillator on a moving support"
+
+STATE = (
+    ("q_1", "m", "displacement of the mass"),
+    ("qdot_1", "m/s", "velocity of the mass"),
+)
+INPUT = (
+    ("F", "", "N", "force on the mass"),
+    ("z_1", "", "m", "displacement of the support"),
+    ("zdot_1", "z_1", "m/s", "velocity of the support"),
+)
+RHS_INPUTS = 3
+OUTPUT = (
+    ("qddot_1", "m/s^2", "acceleration of the mass"),
+    ("F_spring", "N", "force of the spring on the mass"),
+)
+PARAMETER = (
+    ("m_1", 2.0, "kg", "mass"),
+    ("k_1", 50.0, "N/m", "spring stiffness"),
+    ("b_1", 1.5, "N s/m", "damping"),
+    ("g", 9.81, "m/s^2", "gravitational acceleration"),
+)
+PARAMETER_SETS = {
+    "weightless": {"g": 0.0},
+    "undamped": {"b_1": 0.0, "g": 0.0},
+}
+CONSTANT = ("k_1", "b_1", "g", "m_1", "one_over_m_1")
+LINEAR = True
+MASS_MATRIX = "constant"
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def constants(parameters, c):
+    """Fill c with what the kernels read."""
+    c[0] = parameters[1]
+    c[1] = parameters[2]
+    c[2] = parameters[3]
+    c[3] = parameters[0]
+    c[4] = 1.0 / parameters[0]
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def rhs(t, x, u, c, dx):
+    """dx = [qdot, qddot]."""
+    deflection = x[0] - u[1]
+    deflection_rate = x[1] - u[2]
+
+    dx[0] = x[1]
+    dx[1] = (u[0] - c[0] * deflection - c[1] * deflection_rate) * c[4] - c[2]
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def jacobian(t, x, u, c, J):
+    """J[i, j] = d dx[i] / d x[j]."""
+    J[0, 0] = 0.0
+    J[0, 1] = 1.0
+    J[1, 0] = -c[0] * c[4]
+    J[1, 1] = -c[1] * c[4]
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def mass(t, x, u, c, M):
+    """Mass matrix."""
+    M[0, 0] = c[3]
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def energy(t, x, u, c, E):
+    """Kinetic energy, potential energy, dissipated power, power put in."""
+    deflection = x[0] - u[1]
+    deflection_rate = x[1] - u[2]
+
+    E[0] = 0.5 * c[3] * x[1] * x[1]
+    E[1] = 0.5 * c[0] * deflection * deflection + c[3] * c[2] * x[0]
+    E[2] = c[1] * deflection_rate * deflection_rate
+    E[3] = u[0] * x[1] - (c[0] * deflection + c[1] * deflection_rate) * u[2]
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def outputs(t, x, u, c, y):
+    """Outputs in the order of OUTPUT."""
+    spring = c[0] * (u[1] - x[0])
+
+    y[0] = (u[0] + spring - c[1] * (x[1] - u[2])) * c[4] - c[2]
+    y[1] = spring
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def linear(c, A, B):
+    """dx = A x + B [u, 1]."""
+    A[0, 0] = 0.0
+    A[0, 1] = 1.0
+    A[1, 0] = -c[0] * c[4]
+    A[1, 1] = -c[1] * c[4]
+
+    B[0, 0] = 0.0
+    B[0, 1] = 0.0
+    B[0, 2] = 0.0
+    B[0, 3] = 0.0
+    B[1, 0] = c[4]
+    B[1, 1] = c[0] * c[4]
+    B[1, 2] = c[1] * c[4]
+    B[1, 3] = -c[2]

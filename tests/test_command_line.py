@@ -1,0 +1,94 @@
+"""The command line, used as a person uses it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray
+
+ROOT = Path(__file__).parent.parent
+
+
+def qddot(*arguments, cwd=ROOT):
+    command = [sys.executable, str(ROOT / "qddot.py"), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
+
+
+def test_one_shot_writes_a_data_set_a_figure_and_a_summary(tmp_path):
+    done = qddot("run", ROOT / "studies" / "one_shot.toml", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    data = xarray.open_dataset(tmp_path / "results" / "one_shot.nc")
+    assert (tmp_path / "results" / "one_shot.png").read_bytes().startswith(b"\x89PNG")
+    assert "wrote results/one_shot.nc" in done.stdout
+    assert "wrote results/one_shot.png" in done.stdout
+    assert "barrel_end" in done.stdout
+    hull = (data["heave"] - data["heave"][0]).to_numpy()
+    barrel = (data["barrel_end"] - data["barrel_end"][0]).to_numpy()
+    assert 1e3 * hull.max() == pytest.approx(5, abs=0.5)  # Fig. 6: about 5 mm
+    assert 1e3 * barrel.max() == pytest.approx(19, abs=0.5)  # Fig. 7: 19 mm
+    before = data["time"].to_numpy() < 1.0
+    assert abs(hull[before]).max() < 1e-9  # it stands still until it fires
+    assert data["heave"].units == "m"
+    assert data["heave"].long_name == "heave of the hull"
+    assert data.attrs["model"] == "m113"
+
+
+def test_a_run_that_diverges_says_so_keeps_what_it_has_and_exits_with_1(tmp_path):
+    text = (ROOT / "studies" / "one_shot.toml").read_text()
+    study = tmp_path / "coarse.toml"
+    text = text.replace('method = "rk4"\nstep = 1e-4', 'method = "euler"\nstep = 0.02')
+    study.write_text(text.replace("20 #", "1 #"))
+    done = qddot("run", study, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "diverged" in done.stderr
+    assert "try a smaller step" in done.stderr
+    assert (tmp_path / "results" / "coarse.nc").exists()
+    assert "Traceback" not in done.stderr
+
+
+def test_an_unknown_name_in_the_figure_is_named(tmp_path):
+    text = (ROOT / "studies" / "one_shot.toml").read_text().replace('["pitch"],', '["picth"],')
+    (tmp_path / "study.toml").write_text(text)
+    done = qddot("run", "study.toml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "study.toml: figure: unknown quantity 'picth'; did you mean 'pitch'?" in done.stderr
+
+
+def test_lists():
+    done = qddot("list")
+    assert done.returncode == 0
+    for word in ("m113", "chain", "studies/one_shot.toml", "rk4", "heun"):
+        assert word in done.stdout
+    wrong = qddot("list", "model")
+    assert wrong.returncode == 2
+    assert "did you mean 'models'?" in wrong.stderr
+
+
+def test_show_gives_the_papers_periods():
+    done = qddot("show", "m113")
+    assert done.returncode == 0, done.stderr
+    for period in ("1.848", "1.081", "2.012", "1.115"):
+        assert period in done.stdout
+
+
+def test_show_of_a_model_without_an_isolated_equilibrium_says_so():
+    done = qddot("show", "cart_pole")
+    assert done.returncode == 0
+    assert "No modes" in done.stdout
+
+
+def test_equations_are_printed_and_written(tmp_path):
+    done = qddot("equations", "quarter_car", "--into", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "z̈" in done.stdout
+    assert "<math" in (tmp_path / "quarter_car.html").read_text()
+    assert r"\ddot{z}_{s}" in (tmp_path / "quarter_car.tex").read_text()
+
+
+@pytest.mark.parametrize("arguments", [["run", "none.toml"], ["show", "m13"], ["run", "/"], ["equations", "m13"]])
+def test_bad_arguments_end_in_one_message(tmp_path, arguments):
+    done = qddot(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,167 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from runner.load import LoadError, available, load
+
+SAMPLE = Path("tests/sample_models/oscillator.py")
+STATE_ROW = '    ("q_1", "m", "displacement of the mass"),\n'
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    return load(SAMPLE)
+
+
+def test_model_is_loaded_from_a_file(oscillator):
+    assert oscillator.name == "oscillator"
+    assert oscillator.state_names == ("q_1", "qdot_1")
+    assert oscillator.coordinate_names == ("q_1",)
+    assert oscillator.tables.parameters[1].unit == "N/m"
+
+
+@pytest.mark.parametrize("name", available())
+def test_every_generated_model_loads_by_name(name):
+    assert load(name).name == name
+
+
+def test_unknown_model_names_the_nearest():
+    with pytest.raises(LoadError, match="unknown model 'm13'; did you mean 'm113'"):
+        load("m13")
+
+
+def test_missing_file_is_named():
+    with pytest.raises(LoadError, match=r"no file some/where\.py"):
+        load("some/where.py")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ('NAME = "oscillator"', "", "no table NAME, so this is no generated model"),
+        ('NAME = "oscillator"', "NAME = 1", "NAME is 1, expected str"),
+        (STATE_ROW, "", "STATE has 1 rows, expected coordinates and as many velocities"),
+        (STATE_ROW, '    ("q_1", "m"),\n', r"STATE\[0\] is \('q_1', 'm'\), expected \(name, unit, meaning\)"),
+        ('("F_spring"', '("F"', "the name 'F' stands twice in STATE, INPUT and OUTPUT"),
+        ('("F_spring"', '("t"', "the name 't' stands twice in STATE, INPUT and OUTPUT, or is that of time"),
+        ('("k_1", 50.0', '("m_1", 50.0', "PARAMETER names 'm_1' twice"),
+        ('("k_1", 50.0', '("k_1", float("nan")', "PARAMETER k_1 is nan"),
+        ('("k_1", 50.0', '("k_1", "50"', r"PARAMETER\[1\] is"),
+        ('"weightless": {"g"', '"weightless": {"gg"', r"PARAMETER_SETS\['weightless'\] sets 'gg'"),
+        ('("zdot_1", "z_1"', '("zdot_1", "y_1"', "INPUT zdot_1 is the rate of 'y_1', which is no input"),
+        ("RHS_INPUTS = 3", "RHS_INPUTS = 4", "RHS_INPUTS is 4, but INPUT has 3 rows"),
+        ('"constant"', '"dense"', "MASS_MATRIX is 'dense', expected one of constant"),
+        ("def mass(", "def masses(", "kernel 'mass' is missing or not compiled by numba"),
+        ("def mass(t, x, u, c, M)", "def mass(t, x, c, M)", "kernel 'mass' takes 4 arguments, expected 5"),
+        ("def linear(", "def lines(", "kernel 'linear' is missing"),
+        ("LINEAR = True", "LINEAR = ", "SyntaxError"),
+        ("LINEAR = True", "LINEAR = wrong", "NameError: name 'wrong' is not defined"),
+    ],
+)
+def test_malformed_module_is_refused(tmp_path, before, after, message):
+    text = SAMPLE.read_text()
+    assert text.count(before) == 1
+    path = tmp_path / "broken.py"
+    path.write_text(text.replace(before, after))
+    with pytest.raises(LoadError, match=message) as caught:
+        load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_kernel_that_does_not_compile_is_named(tmp_path):
+    path = tmp_path / "broken.py"
+    path.write_text(SAMPLE.read_text().replace("M[0, 0] = c[3]", "M[0, 0] = c.nothing"))
+    with pytest.raises(LoadError, match="model oscillator: kernel 'mass' does not compile"):
+        load(path).kernel("mass")
+
+
+def test_nonlinear_model_needs_no_linear_kernel(tmp_path):
+    path = tmp_path / "nonlinear.py"
+    text = SAMPLE.read_text().replace("LINEAR = True", "LINEAR = False")
+    path.write_text(text[: text.index("@njit", text.index("def outputs("))])
+    model = load(path)
+    assert not model.tables.linear
+    with pytest.raises(LoadError, match="unknown kernel 'linear'"):
+        model.kernel("linear")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "expected"),
+    [
+        (None, [2.0, 50.0, 1.5, 9.81]),
+        ("undamped", [2.0, 50.0, 0.0, 0.0]),
+        ({"k_1": 8}, [2.0, 8.0, 1.5, 9.81]),
+        (("undamped", {"g": 1.62}), [2.0, 50.0, 0.0, 1.62]),
+        ((None, {"g": 1.62}), [2.0, 50.0, 1.5, 1.62]),
+    ],
+)
+def test_parameters_are_defaults_then_set_then_values(oscillator, parameters, expected):
+    assert oscillator.parameter_values(parameters).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ("undampd", "model oscillator: unknown parameter set 'undampd'; did you mean 'undamped'"),
+        ({"k1": 1.0}, "model oscillator: unknown parameter 'k1'; did you mean 'k_1'"),
+        ({"k_1": np.nan}, "model oscillator: parameter k_1 is nan, expected a finite number"),
+        ({"k_1": "stiff"}, "parameter k_1 is 'stiff', expected a number"),
+        (3, "parameters is 3, expected a set's name, values by name"),
+    ],
+)
+def test_wrong_parameter_is_named(oscillator, parameters, message):
+    with pytest.raises(ValueError, match=message):
+        oscillator.parameter_values(parameters)
+
+
+def test_constants_are_those_of_the_parameters(oscillator):
+    c = oscillator.constants(oscillator.parameter_values({"m_1": 4.0}))
+    assert c.tolist() == [50.0, 1.5, 9.81, 4.0, 0.25]
+
+
+def test_zero_mass_is_named(oscillator):
+    with pytest.raises(ValueError, match=r"division by zero in the constants; zero: m_1"):
+        oscillator.constants(oscillator.parameter_values(("weightless", {"m_1": 0.0})))
+
+
+def test_constant_that_is_not_finite_is_named_with_its_cause(oscillator):
+    with pytest.raises(ValueError, match="constant one_over_m_1 is inf; a parameter is too large or too small"):
+        oscillator.constants(oscillator.parameter_values({"m_1": 1e-310}))
+
+
+def test_state_by_name_or_array(oscillator):
+    assert oscillator.state({"qdot_1": 3}).tolist() == [0.0, 3.0]
+    assert oscillator.state([1, 2]).tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"q1": 1.0}, "unknown state 'q1'; did you mean 'q_1'"),
+        ({"q_1": np.inf}, "initial q_1 is inf, expected a finite number"),
+        ([1.0], r"a state has shape \(2,\), found \(1,\)"),
+        ([1.0, np.nan], "initial qdot_1 is not finite"),
+    ],
+)
+def test_wrong_state_is_named(oscillator, values, message):
+    with pytest.raises(ValueError, match=message):
+        oscillator.state(values)
+
+
+def test_kernels_obey_the_calling_convention(oscillator):
+    """The Jacobian and (A, B) against differences of rhs, the energy balance against the accelerations."""
+    c = oscillator.constants(oscillator.parameter_values())
+    x, u, h = np.array([0.3, -0.7]), np.array([4.0, 0.1, 0.2]), 1e-6
+    slope = np.zeros(2)
+
+    def rhs(x):
+        oscillator.kernel("rhs")(0.0, x, u, c, slope)
+        return slope.copy()
+
+    J, A, B = np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((2, 4))
+    oscillator.kernel("jacobian")(0.0, x, u, c, J)
+    oscillator.kernel("linear")(c, A, B)
+    differences = np.stack([(rhs(x + h * e) - rhs(x - h * e)) / (2 * h) for e in np.eye(2)], axis=1)
+    np.testing.assert_allclose(J, differences, atol=1e-8)
+    np.testing.assert_allclose(A @ x + B @ [*u, 1.0], rhs(x), atol=1e-13)

@@ -1,0 +1,63 @@
+"""Along a driven trajectory of every model, energy changes by what inputs put in less what is dissipated."""
+
+import importlib
+
+import numpy as np
+import pytest
+from conftest import MODELS
+from numba import njit
+
+import qddot
+
+FREQUENCY = 1.3  # Hz
+AMPLITUDE = 0.02
+
+
+def with_work(module):
+    """The right-hand side of a model with one more state: the work of inputs less the work dissipated."""
+    rhs, energy = module.rhs, module.energy
+
+    @njit
+    def augmented(t, x, u, c, dx):
+        n = len(x) - 1
+        rhs(t, x[:n], u, c, dx[:n])
+        E = np.empty(4)
+        energy(t, x[:n], u, c, E)
+        dx[n] = E[3] - E[2]
+
+    return augmented
+
+
+def drive(module):
+    """Every input a sine; the channels of rates its exact derivative."""
+    channels = []
+    for name, rate_of, unit, _ in module.INPUT:
+        size = 1e3 * AMPLITUDE if "N" in unit else AMPLITUDE
+        phase = 0.3 * len(rate_of or name)
+        if rate_of:
+            omega = 2 * np.pi * FREQUENCY
+            channels.append(qddot.sine(omega * size, FREQUENCY, phase + np.pi / 2))
+        else:
+            channels.append(qddot.sine(size, FREQUENCY, phase))
+    return channels
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_power_balance_along_a_trajectory(name):
+    module, model = importlib.import_module(f"generated.{name}"), qddot.load(name)
+    parameters = {row[0]: 0.05 for row in module.PARAMETER if row[1] == 0.0}  # pendulums get their dampers
+    c = model.constants(model.parameter_values(parameters))
+    n = len(module.STATE)
+    start = np.append(0.1 * np.cos(np.arange(n)), 0.0)
+    solution = qddot.solve(
+        with_work(module), (0, 2), start, method="dop853", rtol=1e-13, atol=1e-13, constants=c, inputs=drive(module)
+    )
+    energies = []
+    for k in range(len(solution.t)):
+        u, E = np.array([signal(solution.t[k]) for signal in drive(module)]), np.empty(4)
+        module.energy(solution.t[k], np.ascontiguousarray(solution.states[k, :n]), np.atleast_1d(u), c, E)
+        energies.append(E[0] + E[1])
+    energies = np.array(energies)
+    work = solution.states[:, n]
+    assert np.abs(work).max() > 1e-6 * np.abs(energies).max()
+    assert np.abs(energies - energies[0] - work).max() <= 1e-10 * np.abs(energies).max()
