@@ -1,0 +1,73 @@
+# Every target makes the environment it needs. `make help` lists them.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+STUDY ?= studies/one_shot.toml
+PYTEST ?= -q -n auto
+
+.PHONY: help demo test run list generate check equations verify lint format bench clean
+.DEFAULT_GOAL := help
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+demo: $(VENV)/run ## from a fresh clone to the figure of one shot of the M113
+	$(BIN)/qddot generate m113
+	$(BIN)/qddot run studies/one_shot.toml
+
+test: $(VENV)/test ## all tests
+	$(BIN)/python -m pytest $(PYTEST)
+
+run: $(VENV)/run ## run a study: make run STUDY=studies/one_shot.toml
+	$(BIN)/qddot run $(STUDY)
+
+list: $(VENV)/run ## models, studies and methods
+	$(BIN)/qddot list
+
+generate: $(VENV)/run ## derive all models, write their kernels and equations
+	$(BIN)/qddot generate
+
+check: $(VENV)/run ## whether generated/ is what the models give
+	$(BIN)/qddot generate --check
+
+equations: $(VENV)/run ## the derived equations as HTML and, where LaTeX is installed, PDF
+	$(BIN)/qddot equations --quiet
+
+lint: $(VENV)/test ## ruff, format check, types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(VENV)/test ## ruff's fixes and format
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+verify: $(VENV)/run ## section 3.1 of the paper: six schemes against the analytic solution
+	$(BIN)/qddot verify
+
+bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own
+	$(VENV)-bench/bin/python -m benchmarks
+
+clean: ## remove results and caches; `rm -rf .venv` removes the environment
+	rm -rf results build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +
+
+$(VENV)/run: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+PEERS := heyoka numbalsoda jitcode
+
+$(VENV)-bench/run: pyproject.toml
+	$(PYTHON) -m venv $(VENV)-bench
+	$(VENV)-bench/bin/python -m pip install --quiet --disable-pip-version-check --editable .
+	for peer in $(PEERS); do \
+	  $(VENV)-bench/bin/python -m pip install --quiet --disable-pip-version-check $$peer || echo "$$peer does not install here"; \
+	done
+	@touch $@
+
+$(VENV)/test: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/run

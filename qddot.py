@@ -1,0 +1,144 @@
+"""The front door of qddot: the command line, and the names that Python programs use.
+
+    import qddot
+    model = qddot.load("m113")
+    solution = qddot.simulate(model, (0, 10), method="rk4", step=1e-4, parameters="as_run_unloaded",
+                              inputs={"F": qddot.pulse_train(times=[1.0], duration=0.1, impulse=605.0)})
+    solution["q_6"], solution.t, solution.statistics
+
+Everything is imported when it is first used, so that `qddot --help` costs nothing.
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+_PUBLIC = {
+    "EquilibriumError": "runner.equilibrium",
+    "Event": "runner.events.kinds",
+    "IntegrationError": "runner.simulate",
+    "LoadError": "runner.load",
+    "ModelError": "model.system",
+    "Signal": "runner.inputs.signal",
+    "Solution": "runner.solution",
+    "StudyError": "runner.study.read",
+    "constant": "runner.inputs.shapes",
+    "crossing": "runner.simulate",
+    "equilibrium": "runner.equilibrium",
+    "generate": "codegen.generate",
+    "load": "runner.load",
+    "modes": "runner.modes",
+    "pulse_train": "runner.inputs.shapes",
+    "run_study": "runner.study.run",
+    "simulate": "runner.simulate",
+    "sine": "runner.inputs.shapes",
+    "solve": "runner.simulate",
+    "table": "runner.inputs.tables",
+    "table_from_csv": "runner.inputs.csv_table",
+}
+
+__all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the sorted keys are a list of names
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported from the room it lives in."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'qddot' has no attribute {name!r}")
+    return getattr(import_module(_PUBLIC[name]), name)
+
+
+app = typer.Typer(
+    name="qddot",
+    help="Lagrange's equations from T, Π and Φ to compiled simulations.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Models = Annotated[list[str] | None, typer.Argument(help="Names of models, or files that define one; all by default.")]
+
+
+@app.command("generate")
+def _generate(
+    names: Models = None,
+    into: Annotated[Path | None, typer.Option(help="Folder to write to; generated/ for the shipped models.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Write nothing; print what differs, and exit with 1.")] = False,
+) -> None:
+    """Derive models and write their kernels and equations."""
+    from codegen.command import generate
+
+    raise typer.Exit(generate(tuple(names or ()), into, check))
+
+
+@app.command("equations")
+def _equations(
+    names: Models = None,
+    into: Annotated[Path, typer.Option(help="Folder for the HTML pages and PDFs.")] = Path("results/equations"),
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print no equations, only what was written.")] = False,
+) -> None:
+    """Show the derived equations, and write them as HTML and, where LaTeX is installed, as PDF."""
+    from codegen.command import equations
+
+    raise typer.Exit(equations(tuple(names or ()), into, quiet))
+
+
+@app.command("run")
+def _run(
+    study: Annotated[Path, typer.Argument(help="A study: a TOML file, see studies/.")],
+    into: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results"),
+    figure: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+) -> None:
+    """Run a study: a NetCDF file, a figure and a summary."""
+    from runner.command import run_and_write
+
+    raise typer.Exit(run_and_write(study, into, figure))
+
+
+@app.command("list")
+def _list(
+    what: Annotated[str, typer.Argument(help="models, studies or methods; all by default.")] = "all",
+) -> None:
+    """List models, studies and integration methods."""
+    from runner.command import catalogue
+
+    raise typer.Exit(catalogue(what))
+
+
+@app.command("show")
+def _show(
+    model: Annotated[str, typer.Argument(help="A model's name, or the path of a generated module.")],
+    parameters: Annotated[str | None, typer.Option(help="Parameter set for the modes; all sets by default.")] = None,
+) -> None:
+    """Show a model: states, inputs, outputs, parameters, static equilibrium and modes."""
+    from runner.command import show
+
+    raise typer.Exit(show(model, parameters))
+
+
+@app.command("verify")
+def _verify(
+    into: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("results/verification"),
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and draw nothing.")] = False,
+) -> None:
+    """Verify section 3.1 of the M113 paper: six schemes against the analytic solution."""
+    from runner.paper.command import verification
+
+    raise typer.Exit(verification(into, as_json))
+
+
+def main() -> None:
+    """Run the command line; what a person gave wrongly ends in one message, never in a traceback."""
+    try:
+        app()
+    except (ValueError, OSError) as error:
+        typer.secho(f"error: {error}", fg="red", err=True)
+        raise SystemExit(2) from None
+    except KeyboardInterrupt:
+        typer.secho("interrupted", fg="red", err=True)
+        raise SystemExit(130) from None
+
+
+if __name__ == "__main__":
+    main()
