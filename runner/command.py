@@ -8,6 +8,8 @@ from runner.checks import unknown
 from runner.equilibrium import EquilibriumError, equilibrium
 from runner.load import Model, available, load
 from runner.modes import modes
+from runner.report.background import Drawing
+from runner.report.curves import Curves, curves
 from runner.report.progress import late_bar
 from runner.report.tables import methods, modal_table, model_tables, statistics, summary
 from runner.solution import Solution
@@ -21,17 +23,30 @@ CATALOGUES = ("models", "studies", "methods")
 
 def run_and_write(path: Path, into: Path, figure: bool) -> int:
     """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept."""
-    console = Console()
-    with late_bar(path.stem) as bar:
+    drawing = Drawing() if figure else None
+    try:
         study = read(path)
-        solution = run(study, path, bar, on_failure="return")
+        with late_bar(path.stem) as bar:
+            solution = run(study, path, bar, on_failure="return")
+        return _write(study, solution, path, into, drawing)
+    finally:
+        if drawing is not None:
+            drawing.close()
+
+
+def _write(study: Study, solution: Solution, path: Path, into: Path, drawing: Drawing | None) -> int:
+    console = Console()
     title = study.title or path.stem
-    written = [solution.save(into / f"{path.stem}.nc")]
-    if figure:
-        written.append(_draw(study, solution, path, into / f"{path.stem}.png", title))
+    data, picture = into / f"{path.stem}.nc", into / f"{path.stem}.png"
+    if drawing is not None:
+        drawing.begin(_curves(study, solution, path, title), picture)
+    written = [solution.save(data)]
     console.print(f"[bold]{title}[/bold]")
     console.print(statistics(solution), highlight=False)
     console.print(summary(solution))
+    if drawing is not None:
+        drawing.finish()
+        written.append(picture)
     for each in written:
         console.print(f"wrote {each}", highlight=False, soft_wrap=True)
     if not solution.success:
@@ -39,13 +54,11 @@ def run_and_write(path: Path, into: Path, figure: bool) -> int:
     return 0 if solution.success else 1
 
 
-def _draw(study: Study, solution: Solution, source: Path, path: Path, title: str) -> Path:
-    from runner.report.figures import trajectories  # noqa: PLC0415 - matplotlib is slow to import
-
+def _curves(study: Study, solution: Solution, path: Path, title: str) -> Curves:
     try:
-        return trajectories(solution, path, title, study.figure.panels, study.figure.from_start)
+        return curves(solution, title, study.figure.panels, study.figure.from_start)
     except ValueError as error:
-        raise StudyError(f"{source}: {error}") from error
+        raise StudyError(f"{path}: {error}") from error
 
 
 def catalogue(what: str) -> int:

@@ -1,0 +1,58 @@
+"""A drawing process beside the run: it imports matplotlib while the run compiles or integrates, and then draws."""
+
+import contextlib
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from runner.report.curves import Curves
+
+
+class Drawing:
+    """Starts the process at once; `begin` hands it the curves, `finish` waits for the picture, `close` ends it."""
+
+    def __init__(self) -> None:
+        command = [sys.executable, "-c", "from runner.report.background import main; main()"]
+        root = Path(__file__).parent.parent.parent
+        self._process = subprocess.Popen(command, cwd=root, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def begin(self, curves: "Curves", path: Path) -> None:
+        """Hand over the curves and the file to draw them into."""
+        assert self._process.stdin is not None  # it is a pipe
+        with contextlib.suppress(BrokenPipeError), self._process.stdin as pipe:  # `finish` tells what ended it
+            pickle.dump((_plain(curves), path.absolute()), pipe)
+        self._process.stdin = None
+
+    def finish(self) -> None:
+        """Wait for the picture; OSError with the process's last words where it failed."""
+        _, said = self._process.communicate()
+        if self._process.returncode:
+            words = said.decode(errors="replace").strip().splitlines() or ["no reason given"]
+            raise OSError(f"the figure could not be drawn: {words[-1]}")
+
+    def close(self) -> None:
+        """End the process where it still waits."""
+        if self._process.returncode is None:
+            self._process.kill()
+            self._process.communicate()
+
+
+def main() -> None:
+    """Import what drawing needs, wait for curves and a path on the standard input, and draw."""
+    from types import SimpleNamespace  # noqa: PLC0415 - of the drawing process alone
+
+    from runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
+
+    request = sys.stdin.buffer.read()
+    if request:
+        (title, t, panels), path = pickle.loads(request)
+        shown = tuple(tuple(SimpleNamespace(**curve) for curve in panel) for panel in panels)
+        draw(SimpleNamespace(title=title, t=t, panels=shown), path)  # type: ignore[arg-type]
+
+
+def _plain(curves: "Curves") -> tuple[object, ...]:
+    """Curves as tuples, arrays and dictionaries, which need no module of ours to be unpickled."""
+    return curves.title, curves.t, [[vars(curve) for curve in panel] for panel in curves.panels]
