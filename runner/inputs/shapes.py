@@ -48,7 +48,8 @@ def _triangle(rise: float) -> tuple[Segment, ...]:
 
 
 def _trapezoid(rise: float) -> tuple[Segment, ...]:
-    ramp = 1.0 / rise if rise > 0 else 0.0
+    rise = rise if rise > SAME_EDGE else 0.0
+    ramp = 1.0 / rise if rise else 0.0
     parts = (
         Segment(0.0, rise, slope=ramp),
         Segment(rise, 1.0 - rise, value=1.0),

@@ -1,5 +1,7 @@
 """Tables for the terminal."""
 
+from typing import Literal
+
 import numpy as np
 from rich.table import Table
 
@@ -13,7 +15,8 @@ def plain_table(title: str, *columns: str, numbers: int = 0) -> Table:
     """A table whose last `numbers` columns are aligned to the right."""
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
     for index, column in enumerate(columns):
-        table.add_column(column, justify="right" if index >= len(columns) - numbers else "left", overflow="fold")
+        justify: Literal["left", "right"] = "right" if index >= len(columns) - numbers else "left"
+        table.add_column(column, justify=justify, overflow="fold", no_wrap=index == 0)
     return table
 
 
