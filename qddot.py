@@ -9,6 +9,7 @@
 Everything is imported when it is first used, so that `qddot --help` costs nothing.
 """
 
+from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -91,9 +92,13 @@ def _run(
     figure: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
 ) -> None:
     """Run a study: a NetCDF file, a figure and a summary."""
-    from runner.command import run_and_write
+    from runner.report.background import Drawing
 
-    raise typer.Exit(run_and_write(study, into, figure))
+    with Drawing() if figure else nullcontext() as drawing:  # imports matplotlib while this process imports numba
+        from runner.command import run_and_write
+
+        status = run_and_write(study, into, drawing)
+    raise typer.Exit(status)
 
 
 @app.command("list")

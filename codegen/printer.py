@@ -6,7 +6,7 @@ from typing import Any
 import symengine as se
 
 from codegen.convert import MATH_NAMES
-from codegen.rewrite import is_number, split_number
+from codegen.rewrite import is_number, leading_number, split_number
 
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
 _CONSTANTS = {"Pi": "math.pi", "Exp1": "math.e", "BooleanTrue": "True", "BooleanFalse": "False"}
@@ -55,7 +55,7 @@ class Printer:
         return text, _SUM if text.startswith("-") else _ATOM
 
     def _sum(self, expression: Any) -> str:
-        signed = [(float(split_number(term)[0]) < 0, self._key(term), term) for term in expression.args]
+        signed = [(float(leading_number(term)) < 0, self._key(term), term) for term in expression.args]
         text = ""
         for negative, _, term in sorted(signed, key=lambda item: item[:2]):
             body = self._within(-term if negative else term, _PRODUCT)

@@ -54,6 +54,14 @@ def split_number(term: Any) -> tuple[Any, Any]:
     return se.Integer(1), term
 
 
+def leading_number(term: Any) -> Any:
+    """The number in front of a term: -2 of -2*x*y."""
+    if is_number(term):
+        return term
+    first = term.args[0] if isinstance(term, se.Mul) else None
+    return first if first is not None and is_number(first) else se.Integer(1)
+
+
 def factors(term: Any) -> tuple[Any, ...]:
     """The factors of a term that are no numbers."""
     if isinstance(term, se.Mul):

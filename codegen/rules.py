@@ -7,7 +7,7 @@ from typing import Any
 import symengine as se
 
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import factors, is_number, is_square, operations, rewrite, split_number
+from codegen.rewrite import factors, is_number, is_square, operations, rewrite
 
 Change = Callable[[Any], Any]
 
@@ -66,8 +66,9 @@ def flatten(node: Any) -> Any:
         return node
     terms: list[Any] = []
     for term in node.args:
-        number, rest = split_number(term)
-        terms += [number * inner for inner in rest.args] if isinstance(rest, se.Add) else [term]
+        inside: tuple[Any, ...] = term.args if isinstance(term, se.Mul) else ()
+        opens = len(inside) == 2 and is_number(inside[0]) and isinstance(inside[1], se.Add)
+        terms += [inside[0] * inner for inner in inside[1].args] if opens else [term]
     return se.Add(*terms) if len(terms) > len(node.args) else node
 
 

@@ -43,14 +43,21 @@ class _Sharing:
         self.common: dict[Any, tuple[type, Parts]] = {}
         self.uses: Counter[Any] = Counter()
         self.symbols: dict[Any, Any] = {}
+        self._split: dict[Any, tuple[Any, Any]] = {}
+
+    def split(self, term: Any) -> tuple[Any, Any]:
+        """`split_number`, remembered."""
+        if term not in self._split:
+            self._split[term] = split_number(term)
+        return self._split[term]
 
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
-        _, node = split_number(expression)
+        _, node = self.split(expression)
         if not node.args or node in self.parts:
             return
         if isinstance(node, se.Add):
-            self.parts[node] = {rest: number for number, rest in map(split_number, node.args)}
+            self.parts[node] = {rest: number for number, rest in map(self.split, node.args)}
         elif isinstance(node, se.Mul):
             self.parts[node] = dict.fromkeys(node.args, se.Integer(1))
         else:
@@ -65,7 +72,7 @@ class _Sharing:
         elif self.parts.get(node):
             yield from self.parts[node]
         else:
-            yield from (split_number(part)[1] for part in node.args)
+            yield from (self.split(part)[1] for part in node.args)
             if is_square(node):
                 yield node.args[0]
 
@@ -102,7 +109,7 @@ class _Sharing:
 
     def count(self, expressions: tuple[Any, ...]) -> None:
         """Count how often each node is referred to."""
-        stack = [split_number(expression)[1] for expression in reversed(expressions)]
+        stack = [self.split(expression)[1] for expression in reversed(expressions)]
         seen: set[Any] = set()
         while stack:
             node = stack.pop()
@@ -113,7 +120,7 @@ class _Sharing:
 
     def emit(self, expression: Any, out: list[Assignment], wish: Any = None) -> Any:
         """An expression in terms of temporaries; those not yet assigned are appended to `out`."""
-        number, node = split_number(expression)
+        number, node = self.split(expression)
         if node in self.symbols:
             return number * self.symbols[node]
         if not node.args and node not in self.common:

@@ -21,17 +21,12 @@ STUDIES = Path(__file__).parent.parent / "studies"
 CATALOGUES = ("models", "studies", "methods")
 
 
-def run_and_write(path: Path, into: Path, figure: bool) -> int:
+def run_and_write(path: Path, into: Path, drawing: Drawing | None) -> int:
     """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept."""
-    drawing = Drawing() if figure else None
-    try:
-        study = read(path)
-        with late_bar(path.stem) as bar:
-            solution = run(study, path, bar, on_failure="return")
-        return _write(study, solution, path, into, drawing)
-    finally:
-        if drawing is not None:
-            drawing.close()
+    study = read(path)
+    with late_bar(path.stem) as bar:
+        solution = run(study, path, bar, on_failure="return")
+    return _write(study, solution, path, into, drawing)
 
 
 def _write(study: Study, solution: Solution, path: Path, into: Path, drawing: Drawing | None) -> int:

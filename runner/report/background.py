@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Drawing:
-    """Starts the process at once; `begin` hands it the curves, `finish` waits for the picture, `close` ends it."""
+    """Starts the process at once; `begin` hands it the curves, `finish` waits for the picture; leaving ends it."""
 
     def __init__(self) -> None:
         command = [sys.executable, "-c", "from runner.report.background import main; main()"]
@@ -33,7 +33,11 @@ class Drawing:
             words = said.decode(errors="replace").strip().splitlines() or ["no reason given"]
             raise OSError(f"the figure could not be drawn: {words[-1]}")
 
-    def close(self) -> None:
+    def __enter__(self) -> "Drawing":
+        """Give itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
         """End the process where it still waits."""
         if self._process.returncode is None:
             self._process.kill()

@@ -35,5 +35,7 @@ def draw(curves: "Curves", path: Path) -> Path:
     figure.suptitle(curves.title, fontsize="medium", y=1 - 0.1 / height, va="top")
     FigureCanvasAgg(figure)
     with written_aside(path) as aside:
-        figure.savefig(aside, dpi=150, format=path.suffix.removeprefix(".") or "png")
+        suffix = path.suffix.removeprefix(".") or "png"
+        quick = {"compress_level": 1} if suffix == "png" else None
+        figure.savefig(aside, dpi=150, format=suffix, pil_kwargs=quick)
     return path

@@ -16,7 +16,7 @@ def plain_table(title: str, *columns: str, numbers: int = 0) -> Table:
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
     for index, column in enumerate(columns):
         justify: Literal["left", "right"] = "right" if index >= len(columns) - numbers else "left"
-        table.add_column(column, justify=justify, overflow="fold", no_wrap=index == 0)
+        table.add_column(column, justify=justify, overflow="fold", no_wrap=index == 0 or justify == "right")
     return table
 
 
@@ -30,11 +30,11 @@ def headlines(solution: Solution) -> dict[str, tuple[str, ...]]:
 
 def summary(solution: Solution) -> Table:
     """Extremes of every coordinate, output and moving input, and when they occur."""
-    table = plain_table("", "quantity", "unit", "start", "least", "at s", "greatest", "at s", "end", numbers=6)
+    table = plain_table("", "quantity", "unit", "start", "least", "at s", "greatest", "at s", numbers=5)
     for name in (name for names in headlines(solution).values() for name in names):
         values = solution[name]
         low, high = int(np.argmin(values)), int(np.argmax(values))
-        numbers = (values[0], values[low], solution.t[low], values[high], solution.t[high], values[-1])
+        numbers = (values[0], values[low], solution.t[low], values[high], solution.t[high])
         table.add_row(name, solution.quantity(name).unit, *(f"{number:.4g}" for number in numbers))
     return table
 
