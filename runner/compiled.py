@@ -11,19 +11,36 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba import config, njit
+from numba.np import linalg
 
 #: Contraction to fused multiply-add and ignoring the sign of zero; never nnan or ninf, which make isfinite lie.
 FASTMATH = {"contract", "nsz"}
 
 
+def _import_array_functions() -> None:
+    """Import what numba imports before it loads its first function from a cache, without its probe for a BLAS.
+
+    The probe imports scipy.linalg, a quarter of the time until a warm process has its first kernel. SciPy is a
+    dependency of ours: the answer is known.
+    """
+    probe = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = probe
+
+
+_import_array_functions()
+
 #: Rooms without jitted functions: their changes empty no cache.
 _NOTHING_COMPILED = ("report", "study", "paper")
-
 
 #: Versions of the source whose compiled drivers are kept.
 _KEPT = 8

@@ -1,6 +1,7 @@
 """A drawing process beside the run: it imports matplotlib while the run compiles or integrates, and then draws."""
 
 import contextlib
+import os
 import pickle
 import subprocess
 import sys
@@ -17,7 +18,8 @@ class Drawing:
     def __init__(self) -> None:
         command = [sys.executable, "-c", "from runner.report.background import main; main()"]
         root = Path(__file__).parent.parent.parent
-        self._process = subprocess.Popen(command, cwd=root, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        sparing = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
+        self._process = subprocess.Popen(command, cwd=root, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def begin(self, curves: "Curves", path: Path) -> None:
         """Hand over the curves and the file to draw them into."""
