@@ -37,29 +37,52 @@ class Program:
 
 def lower(equations: Equations) -> Program:
     """All kernels of a model, optimized, and the layout they share."""
-    state = (*equations.coordinates, *equations.velocities)
-    base = (*equations.parameters, *state, *equations.inputs, *equations.rates, equations.time)
-    author = frozenset(equations.definitions.expressions)
-    names = Names([*KERNEL_NAMES, *base, *author])
-    drafts = Drafts(equations, names)
-    fixed = drafts.parameter_assignments
-
-    def finish(draft: Draft, reads: frozenset[Any]) -> Kernel:
-        temporaries = tuple(item for item in draft.temporaries if item[0] not in reads)
-        return optimize(Kernel(reads, temporaries, draft.writes), author, known, names.copy())
-
-    reads = frozenset(base) | {symbol for symbol, _ in fixed}
-    parameters = frozenset(equations.parameters) | {symbol for symbol, _ in fixed}
-    known = {expression: symbol for symbol, expression in fixed}
-    hoisted, rhs = hoist(finish(drafts.rhs(), reads), parameters, names)
-    assignments = (*fixed, *hoisted)
-    known |= {expression: symbol for symbol, expression in hoisted}
-    reads |= {symbol for symbol, _ in hoisted}
-    others = {name: finish(draft, reads) for name, draft in drafts.others().items()}
+    lowering = _Lowering(equations)
+    rhs = lowering.rhs()
+    others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
     if "linear" in others:
         others["jacobian"] = _state_matrix(others["linear"])
-    kernels = {"rhs": prune(rhs), **others}
-    return _laid_out(equations, kernels, assignments)
+    return _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments)
+
+
+def lower_rhs(equations: Equations) -> Kernel:
+    """The right-hand side alone, as `lower` gives it."""
+    return _Lowering(equations).rhs()
+
+
+class _Lowering:
+    """What all kernels of a model share: names given, symbols they may read, and constants computed once a run.
+
+    The right-hand side comes first: the constants are its parameter-only parts, and the other kernels use them.
+    """
+
+    def __init__(self, equations: Equations) -> None:
+        state = (*equations.coordinates, *equations.velocities)
+        base = (*equations.parameters, *state, *equations.inputs, *equations.rates, equations.time)
+        self.author = frozenset(equations.definitions.expressions)
+        self.names = Names([*KERNEL_NAMES, *base, *self.author])
+        self.drafts = Drafts(equations, self.names)
+        self.parameters = frozenset(equations.parameters)
+        self.reads: frozenset[Any] = frozenset(base)
+        self.assignments: tuple[Assignment, ...] = ()
+        self._assign(self.drafts.parameter_assignments)
+
+    def rhs(self) -> Kernel:
+        """The right-hand side; what is constant in it joins the assignments."""
+        parameters = self.parameters | {symbol for symbol, _ in self.assignments}
+        hoisted, rhs = hoist(self.finish(self.drafts.rhs()), parameters, self.names)
+        self._assign(hoisted)
+        return prune(rhs)
+
+    def finish(self, draft: Draft) -> Kernel:
+        """A draft optimized, with the constants known so far."""
+        temporaries = tuple(item for item in draft.temporaries if item[0] not in self.reads)
+        known = {expression: symbol for symbol, expression in self.assignments}
+        return optimize(Kernel(self.reads, temporaries, draft.writes), self.author, known, self.names.copy())
+
+    def _assign(self, constants: tuple[Assignment, ...]) -> None:
+        self.assignments += constants
+        self.reads |= {symbol for symbol, _ in constants}
 
 
 def optimize(kernel: Kernel, author: frozenset[Any], known: Mapping[Any, Any], names: Names) -> Kernel:
