@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner.inputs.bind import bind
-from runner.inputs.signal import InputTable, Signal, evaluate
+from runner.inputs.reader import evaluate, reader_for
+from runner.inputs.signal import InputTable, Signal
 from runner.load import Model, Parameters
 
 Vector = NDArray[np.float64]
@@ -69,7 +70,7 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Vector | 
 
 def _resting_inputs(table: InputTable, t0: float) -> Vector:
     u = np.zeros(max(1, len(table.first)))
-    evaluate(table, table.first.copy(), t0, t0, len(table.first), u)
+    evaluate(table, reader_for(table), t0, t0, len(table.first), u)
     u[: len(table.order)][table.order == 1] = 0.0
     return u
 

@@ -47,7 +47,7 @@ def record(fields: np.dtype, /, **values: float) -> np.void:
 
 def address(array: NDArray[Any]) -> int:
     """The address of a C-contiguous, writable array's first item."""
-    if not (array.flags.c_contiguous and array.flags.writeable):
+    if not array.flags.carray:
         raise ValueError(f"an array of shape {array.shape} is not contiguous and writable")
     return array.ctypes.data
 

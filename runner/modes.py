@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from runner.equilibrium import rest
 from runner.inputs.bind import bind
-from runner.inputs.signal import Signal, evaluate
+from runner.inputs.reader import evaluate, reader_for
+from runner.inputs.signal import Signal
 from runner.load import Model, Parameters
 
 #: Imaginary part relative to the magnitude below which an eigenvalue is real.
@@ -54,7 +55,7 @@ def modes(
     table = bind(model.tables, inputs)
     x = rest(model, c, table, t0) if state is None else model.state(state)
     u = np.zeros(max(1, len(table.first)))
-    evaluate(table, table.first.copy(), t0, t0, len(table.first), u)
+    evaluate(table, reader_for(table), t0, t0, len(table.first), u)
     J = np.zeros((len(x), len(x)))
     model.kernel("jacobian")(t0, x, u, c, J)
     eigenvalues, right = np.linalg.eig(J)

@@ -4,6 +4,7 @@ A driver that takes a kernel as an address compiles once for all models, like on
 FunctionType; but handing over a FunctionType costs 0.2 ms a kernel and call of the driver, an address nothing.
 """
 
+from functools import cache
 from typing import Any
 
 from numba import types
@@ -14,10 +15,11 @@ from runner.memory import intrinsic
 EVENT_SIGNATURE = types.float64(abi.SCALAR, abi.VECTOR, abi.VECTOR, abi.VECTOR)
 
 
+@cache
 def pointer(function: Any, signature: Any, name: str) -> int:
     """The address of a jitted function, compiled for this signature. Raises ValueError where it cannot be.
 
-    The function must be kept alive as long as its address is used.
+    The address is remembered, and the function kept alive with it.
     """
     if not hasattr(function, "get_compile_result"):
         raise ValueError(f"{name} is {function!r}, expected a function jitted by numba, {signature}")

@@ -2,18 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import typeof, types
 from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.inputs.signal import sample
+from runner.inputs.reader import sample
 from runner.methods import Method
 from runner.options import Options
+from runner.pointers import call_kernel, pointer
 from runner.problem import Problem, Status, Trajectory
 from runner.solution import Solution
 from runner.tables import Quantity
@@ -89,20 +88,16 @@ def _values(subject: Subject, problem: Problem, trajectory: Trajectory) -> NDArr
     y = np.zeros((n, len(subject.outputs)))
     sample(problem.inputs, trajectory.t, u)
     if subject.output_kernel is not None:
-        arguments = (trajectory.t, trajectory.states, u, problem.constants, y)
-        _compiled_fill(*map(typeof, arguments))(subject.output_kernel, *arguments)
+        kernel = pointer(subject.output_kernel, abi.VECTOR_KERNEL, "outputs")
+        fill(kernel, trajectory.t, trajectory.states, u, problem.constants, y)
     return np.concatenate([trajectory.states, y, u[:, : len(subject.inputs)]], axis=1)
 
 
+@compiled()
 def fill(outputs, t, x, u, c, y):
     """Write the outputs (n, n_outputs) at times t (n,), states x (n, n_states) and inputs u (n, n_inputs)."""
     for i in range(len(t)):
-        outputs(t[i], x[i], u[i], c, y[i])
-
-
-@cache
-def _compiled_fill(*arguments: Any) -> Any:
-    return compiled(types.void(abi.RHS, *arguments))(fill)
+        call_kernel(outputs, t[i], x[i], u[i], c, y[i])
 
 
 def _message(subject: Subject, method: Method, options: Options, trajectory: Trajectory) -> str:

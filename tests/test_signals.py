@@ -8,8 +8,8 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
 from runner.inputs.bind import bind
+from runner.inputs.reader import evaluate, reader_for, sample
 from runner.inputs.shapes import constant, pulse_train, sine
-from runner.inputs.signal import evaluate, sample
 from runner.inputs.tables import table
 from runner.load import load
 
@@ -175,10 +175,10 @@ def test_shifted_signal_reads_the_road_under_an_axle():
 def test_value_at_a_jump_is_the_limit_from_within_the_step():
     signal = pulse_train("trapezoid", times=[1.0], peak=2.0, duration=0.5, rise=0)
     channels = bind(load("tests/sample_models/oscillator.py").tables, {"F": signal})
-    cursor, u = channels.first.copy(), np.zeros(3)
-    evaluate(channels, cursor, 1.0, 0.999, 3, u)
+    reader, u = reader_for(channels), np.zeros(3)
+    evaluate(channels, reader, 1.0, 0.999, 3, u)
     assert u[0] == 0.0
-    evaluate(channels, cursor, 1.0, 1.001, 3, u)
+    evaluate(channels, reader, 1.0, 1.001, 3, u)
     assert u[0] == 2.0
 
 

@@ -9,6 +9,7 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from runner.explicit.march import FAILED_AT, FAILED_STATE, NOW, SAVED, SNAP, STEPS, March, Plan, compiled_advance
+from runner.inputs.reader import reader_for
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
 from runner.slices import drive
@@ -100,7 +101,7 @@ def _march(problem: Problem, plan: Plan, stages: int) -> March:
         slope=np.zeros(n),
         slopes=np.zeros(stages * n),
         u=np.zeros(channels),
-        cursor=problem.inputs.first.copy(),
+        reader=reader_for(problem.inputs),
         saved_t=np.empty(points),
         saved_x=np.empty((points, n)),
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.inputs.signal import evaluate
+from runner.inputs.reader import evaluate
 from runner.memory import LEAN
 from runner.problem import Status
 
@@ -46,7 +46,7 @@ class March(NamedTuple):
     """Everything the loop keeps between two slices, and its work space.
 
     counts: GRID, STOP, SAVED, STEPS, FAILED_STATE; time: NOW, FAILED_AT. x, x_stage, x_new, slope (n,),
-    slopes (s * n,), u (channels,), cursor (channels,); saved_t (points,), saved_x (points, n).
+    slopes (s * n,), u (channels,), reader (see `reader_for`); saved_t (points,), saved_x (points, n).
     """
 
     counts: NDArray[np.int64]
@@ -57,7 +57,7 @@ class March(NamedTuple):
     slope: NDArray[np.float64]
     slopes: NDArray[np.float64]
     u: NDArray[np.float64]
-    cursor: NDArray[np.int64]
+    reader: NDArray[np.float64]
     saved_t: NDArray[np.float64]
     saved_x: NDArray[np.float64]
 
@@ -123,7 +123,7 @@ def advance(rhs, A, b, c, constants, inputs, n_inputs, plan, march, limit, most_
 
     A (s * s,), b, c (s,). The step is written out here: as a function of its own it would cost a tenth more.
     """
-    counts, stops, cursor, u = march.counts, plan.stops, march.cursor, march.u
+    counts, stops, reader, u = march.counts, plan.stops, march.reader, march.u
     x, x_stage, x_new, slope, slopes = march.x, march.x_stage, march.x_new, march.slope, march.slopes
     k, stop, t, near, stages, n = counts[GRID], counts[STOP], march.time[NOW], SNAP * plan.step, len(b), len(x)
     ends_at_target, known_at = c[stages - 1] == 1.0, np.nan
@@ -136,7 +136,7 @@ def advance(rhs, A, b, c, constants, inputs, n_inputs, plan, march, limit, most_
         for stage in range(stages):
             if (stage == 0 and t != known_at) or (stage > 0 and c[stage] != c[stage - 1]):
                 side = t + min(max(c[stage], SIDE), 1.0 - SIDE) * h
-                evaluate(inputs, cursor, t + c[stage] * h, side, n_inputs, u)
+                evaluate(inputs, reader, t + c[stage] * h, side, n_inputs, u)
             if stage == 0:
                 rhs(t, x, u, constants, slope)
             else:

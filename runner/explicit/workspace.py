@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.inputs.signal import InputTable, evaluate
+from runner.inputs.reader import CONSTANT, TO, evaluate, reader_for
+from runner.inputs.signal import InputTable
 from runner.memory import BLOCK, LEAN, VIEW, address, floats, integers, layout, matrix, record, weighted_sum, writable
 from runner.pointers import call_kernel, pointer
 from runner.problem import Problem
@@ -28,10 +29,11 @@ SIDE = 1e-6
 
 
 #: Fields of a space, what a step reads and writes: addresses (see `memory`, `pointers`) and lengths. rhs; work
-#: (blocks*BLOCK_SIZE,); x, dx (n,) for models larger than a block; constants (n_constants,); u, cursor (channels,);
+#: (blocks*BLOCK_SIZE,); x, dx (n,) for models larger than a block; constants (n_constants,); u (channels,); reader
+#: (reader_size,);
 #: pieces to order as in `InputTable`; steady: not 0 while all inputs are constant.
 SPACE = layout(
-    "rhs work n blocks x dx constants n_constants n_inputs channels u cursor steady "
+    "rhs work n blocks x dx constants n_constants n_inputs channels u reader reader_size steady "
     "pieces n_pieces first last rate offset order"
 )
 
@@ -116,27 +118,17 @@ def look_up(space, t, h, c):
     """Look the inputs up at t + c*h of the step from t to t + h."""
     if space.n_inputs > 0 and space.steady == 0:
         side = t + min(max(c, SIDE), 1.0 - SIDE) * h
-        cursor = integers(space.cursor, space.channels)
-        evaluate(input_table(space), cursor, t + c * h, side, space.n_inputs, input_values(space))
+        reader = floats(space.reader, space.reader_size)
+        evaluate(input_table(space), reader, t + c * h, side, space.n_inputs, input_values(space))
 
 
 @compiled(**LEAN)
 def settle(space, t, h):
     """Find out whether the inputs are constant from t to t + h, where no breakpoint lies between, and look them up."""
     space.steady = 0
-    look_up(space, t, h, 1.0)
-    table, cursor = input_table(space), integers(space.cursor, space.channels)
-    constant = 0
-    for i in range(space.n_inputs):
-        at_end = cursor[i]
-        side = table.rate[i] * (t + SIDE * h) + table.offset[i]
-        same = at_end == table.first[i] or table.pieces[at_end, 0] <= side
-        same = same and (at_end == table.last[i] or table.pieces[at_end + 1, 0] > side)
-        piece = table.pieces[at_end]
-        flat = piece[2] == 0.0 and piece[3] == 0.0 and piece[4] == 0.0 and piece[5] == 0.0
-        constant += table.rate[i] == 0.0 or (same and flat)
     look_up(space, t, h, 0.0)
-    space.steady = constant == space.n_inputs
+    reader = floats(space.reader, space.reader_size)
+    space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > t + (1.0 - SIDE) * h)
 
 
 @compiled(**LEAN)
@@ -166,7 +158,7 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
         "dx": np.zeros(n),
         "constants": np.array(problem.constants, dtype=np.float64),
         "u": np.zeros(max(1, len(inputs.first))),
-        "cursor": np.array(inputs.first),
+        "reader": reader_for(inputs),
     }
     numbers = {
         "rhs": pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs"),
@@ -176,6 +168,7 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
         "n_inputs": int(problem.n_inputs),
         "channels": len(inputs.first),
         "n_pieces": len(inputs.pieces),
+        "reader_size": len(arrays["reader"]),
     }
     places = {name: address(array) for name, array in arrays.items() if name != "breakpoints"}
     return record(SPACE, **numbers, **places), arrays

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.compiled import compiled
+from runner.inputs.reader import sample
 
 #: Columns of a piece: value(s) = c0 + c1 s + c2 s^2 + c3 s^3 + amplitude*sin(frequency*s + phase), s = tau - start.
 START, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(8)
@@ -37,7 +37,7 @@ class Signal:
 
     def breakpoint_times(self) -> NDArray[np.float64]:
         """Breakpoints as times (m,), rising; none where the argument stands still."""
-        if self.rate == 0.0:
+        if self.rate == 0.0 or not len(self.breakpoints):
             return np.empty(0)
         return np.sort((self.breakpoints - self.offset) / self.rate)
 
@@ -94,49 +94,3 @@ def stack(signals: list[Signal], orders: list[int]) -> InputTable:
         order=np.array(orders, dtype=np.int64),
         breakpoints=np.unique(np.concatenate(times)) if times else np.empty(0),
     )
-
-
-@compiled()
-def evaluate(table, cursor, t, t_side, count, u):
-    """Write the first `count` channels at time t into u.
-
-    The piece is looked up at t_side, a time inside the step that t belongs to, so that a value at a breakpoint is the
-    limit from within the step. cursor (n_channels,) int64 remembers each channel's piece; start it as
-    table.first.copy().
-    """
-    # Fields by name and no row views: each costs a reference count, which is most of the time otherwise.
-    pieces, first, last, rate, offset, order = (
-        table.pieces,
-        table.first,
-        table.last,
-        table.rate,
-        table.offset,
-        table.order,
-    )
-    for i in range(count):
-        tau_side = rate[i] * t_side + offset[i]
-        k = cursor[i]
-        while k < last[i] and pieces[k + 1, 0] <= tau_side:
-            k += 1
-        while k > first[i] and pieces[k, 0] > tau_side:
-            k -= 1
-        cursor[i] = k
-        s = rate[i] * t + offset[i] - pieces[k, 0]
-        if order[i] == 0:
-            value = pieces[k, 1] + s * (pieces[k, 2] + s * (pieces[k, 3] + s * pieces[k, 4]))
-            if pieces[k, 5] != 0.0:
-                value += pieces[k, 5] * np.sin(pieces[k, 6] * s + pieces[k, 7])
-            u[i] = value
-        else:
-            slope = pieces[k, 2] + s * (2.0 * pieces[k, 3] + s * 3.0 * pieces[k, 4])
-            if pieces[k, 5] != 0.0:
-                slope += pieces[k, 5] * pieces[k, 6] * np.cos(pieces[k, 6] * s + pieces[k, 7])
-            u[i] = rate[i] * slope
-
-
-@compiled()
-def sample(table, times, values):
-    """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
-    cursor = table.first.copy()
-    for i in range(len(times)):
-        evaluate(table, cursor, times[i], times[i], len(table.first), values[i])

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.inputs.signal import evaluate
+from runner.inputs.reader import evaluate, reader_for
 from runner.problem import Problem
 from runner.stiff.space import mass_matrix
 
@@ -49,7 +49,7 @@ class AlgebraicEquations:
         self.left, self.right = left[:, rank:].T, right[rank:]
         inputs = self.problem.inputs
         self.u = np.zeros(max(1, len(inputs.first)))
-        evaluate(inputs, inputs.first.copy(), self.t, self.side, self.problem.n_inputs, self.u)
+        evaluate(inputs, reader_for(inputs), self.t, self.side, self.problem.n_inputs, self.u)
 
     def f(self, x: Array) -> Array:
         """The right-hand side at x."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from runner.abi import MATRIX_KERNEL, VECTOR_KERNEL
 from runner.compiled import compiled
+from runner.inputs.reader import reader_for
 from runner.memory import LEAN, VIEW, address, layout, matrix, record, writable
 from runner.options import Options
 from runner.pointers import pointer
@@ -45,11 +46,13 @@ def control_type(own: list[Any]) -> np.dtype:
 
 
 #: Addresses and lengths. rhs, jacobian_kernel (0 where there is none); work (rows, n), the vectors; mass, its
-#: pseudo_inverse, jacobian, factors (n, n); pivots (n,); constants (n_constants,); u, cursor (channels,); pieces to
-#: order as in `InputTable`; getrf, getrs: LAPACK's. blocks is 1 and x unused: they are there for `workspace.states`.
+#: pseudo_inverse, jacobian, factors (n, n); pivots (n,); constants (n_constants,); u (channels,); reader
+#: (reader_size,); pieces to order as in `InputTable`; getrf, getrs: LAPACK's. blocks is 1 and x unused: they are there
+#: for `workspace.states`.
 SPACE = layout(
     "rhs jacobian_kernel n rows blocks work x mass pseudo_inverse jacobian factors pivots "
-    "constants n_constants n_inputs channels u cursor pieces n_pieces first last rate offset order getrf getrs"
+    "constants n_constants n_inputs channels u reader reader_size pieces n_pieces "
+    "first last rate offset order getrf getrs"
 )
 
 
@@ -83,7 +86,7 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
         "pivots": np.zeros(n, dtype=np.int64),
         "constants": np.array(problem.constants, dtype=np.float64),
         "u": np.zeros(max(1, len(inputs.first))),
-        "cursor": np.array(inputs.first),
+        "reader": reader_for(inputs),
     }
     numbers = {
         "rhs": pointer(problem.rhs, VECTOR_KERNEL, "rhs"),
@@ -95,6 +98,7 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
         "n_inputs": int(problem.n_inputs),
         "channels": len(inputs.first),
         "n_pieces": len(inputs.pieces),
+        "reader_size": len(arrays["reader"]),
         **find_lapack(n)._asdict(),
     }
     places = {name: address(arrays[name]) for name in SPACE.names or () if name not in numbers}

@@ -8,7 +8,7 @@ from numba.extending import intrinsic
 from runner.abi import MATRIX_KERNEL
 from runner.compiled import compiled
 from runner.explicit.workspace import constants, input_table, input_values
-from runner.inputs.signal import evaluate
+from runner.inputs.reader import evaluate
 from runner.memory import LEAN, floats, integers
 from runner.pointers import _caller, call_kernel
 from runner.stiff.linear_algebra import factorize, solve
@@ -41,8 +41,8 @@ def call_matrix_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, 
 def set_inputs(space, t, side):
     """Look the inputs up at t, as limits from the side on which the time `side` lies."""
     if space.n_inputs > 0:
-        cursor = integers(space.cursor, space.channels)
-        evaluate(input_table(space), cursor, t, side, space.n_inputs, input_values(space))
+        reader = floats(space.reader, space.reader_size)
+        evaluate(input_table(space), reader, t, side, space.n_inputs, input_values(space))
 
 
 @compiled(**LEAN)

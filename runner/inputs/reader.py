@@ -1,0 +1,159 @@
+"""Reading all input channels at a time: the pieces of the moment as one cubic plus one sine a channel, in SIMD.
+
+A reader holds what its channels are between two breakpoints: a window of time, and in rows of `width` the coefficients
+in local time. While the time stays within the window, reading takes no search and no division, and the loop over the
+channels is one the compiler turns into vector instructions.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.compiled import compiled
+from runner.inputs.sine import FAR, sine
+from runner.memory import VIEW, floats
+
+if TYPE_CHECKING:
+    from runner.inputs.signal import InputTable
+
+#: The head of a reader: the window; whether a channel has a sine in it, whether all the channels read are constant
+#: there; GROUP.
+FROM, TO, HAS_SINE, CONSTANT, WIDTH = range(5)
+HEAD = 5
+#: Channels lie in groups of eight; the rows of a group: the channels' pieces; the times their cubics and sines count
+#: from; the coefficients; the values read.
+GROUP = 8
+PIECE, ORIGIN, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE, SINE_ORIGIN, VALUE = range(0, 11 * GROUP, GROUP)
+GROUP_SIZE = 11 * GROUP
+
+
+def reader_for(table: "InputTable") -> NDArray[np.float64]:
+    """A reader of these channels, its window empty: (HEAD + groups*GROUP_SIZE,)."""
+    channels = np.arange(len(table.first))
+    reader = np.zeros(HEAD + -(-len(channels) // GROUP) * GROUP_SIZE)
+    reader[FROM], reader[TO], reader[WIDTH] = np.inf, -np.inf, GROUP
+    reader[HEAD + channels // GROUP * GROUP_SIZE + channels % GROUP + PIECE] = table.first
+    return reader
+
+
+def sample(table: "InputTable", times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
+    _sample(table, reader_for(table), times, values)
+
+
+@compiled()
+def _sample(table, reader, times, values):
+    for i in range(len(times)):
+        evaluate(table, reader, times[i], times[i], len(table.first), values[i])
+
+
+@compiled(error_model="numpy")
+def evaluate(table, reader, t, t_side, count, u):
+    """Write the first `count` channels at time t into u.
+
+    The pieces are those at t_side, a time inside the step that t belongs to, so that a value at a breakpoint is the
+    limit from within the step. reader: see `reader_for`.
+    """
+    if not reader[FROM] <= t_side < reader[TO]:
+        refresh(table, reader, t_side, count)
+    where = reader.ctypes.data + 8 * HEAD
+    for start in range(0, count, GROUP):
+        read_group(where, t, reader[HAS_SINE], np.int64(reader[WIDTH]))
+        values = floats(where + 8 * VALUE, GROUP)
+        for i in range(min(GROUP, count - start)):
+            u[start + i] = values[i]
+        where += 8 * GROUP_SIZE
+
+
+@compiled(**VIEW)
+def read_group(where, t, has_sine, width):
+    """The values of eight channels at an address, at time t.
+
+    width: GROUP, but not told to the compiler, which would unroll the loops before it looks for vector instructions.
+    """
+    g = floats(where, GROUP_SIZE)
+    for i in range(width):
+        s = t - g[i + ORIGIN]
+        g[i + VALUE] = g[i + C0] + s * (g[i + C1] + s * (g[i + C2] + s * g[i + C3]))
+    if has_sine != 0.0:
+        for i in range(width):
+            angle = g[i + FREQUENCY] * (t - g[i + SINE_ORIGIN]) + g[i + PHASE]
+            g[i + VALUE] += g[i + AMPLITUDE] * sine(angle)
+
+
+@compiled()
+def refresh(table, reader, t, count):
+    """Take over the pieces at time t; the window is the time until the first of them ends."""
+    reader[FROM], reader[TO], reader[HAS_SINE], reader[CONSTANT] = -np.inf, np.inf, 0.0, 1.0
+    for i in range(len(table.first)):
+        place = HEAD + i // GROUP * GROUP_SIZE + i % GROUP
+        if table.rate[i] == 0.0:
+            stand_still(table, reader, place, i)
+        else:
+            take_piece(table, reader, place, i, t)
+        moves = reader[place + AMPLITUDE] != 0.0
+        if moves:
+            reader[HAS_SINE] = 1.0
+        for row in (C1, C2, C3):
+            moves = moves or reader[place + row] != 0.0
+        if moves and i < count:
+            reader[CONSTANT] = 0.0
+
+
+@compiled()
+def stand_still(table, reader, place, i):
+    """A channel whose argument does not change with time."""
+    k = table.first[i]
+    while k < table.last[i] and table.pieces[k + 1, 0] <= table.offset[i]:
+        k += 1
+    piece, s = table.pieces[k], table.offset[i] - table.pieces[k, 0]
+    value = piece[1] + s * (piece[2] + s * (piece[3] + s * piece[4])) + piece[5] * np.sin(piece[6] * s + piece[7])
+    for row in range(ORIGIN, VALUE, GROUP):
+        reader[place + row] = 0.0
+    reader[place + C0] = value if table.order[i] == 0 else 0.0
+
+
+@compiled()
+def take_piece(table, reader, place, i, t):
+    """The piece of channel i at time t, in powers of t - origin, and its end in time into the window."""
+    rate, offset, first, last = table.rate[i], table.offset[i], table.first[i], table.last[i]
+    k = np.int64(reader[place + PIECE])
+    ahead = 1 if rate > 0.0 else 0  # the piece after this one in time begins at its end, or at its start
+    step = 1 if rate > 0.0 else -1
+    after, before = (last, first) if rate > 0.0 else (first, last)
+    while k != after and (table.pieces[k + ahead, 0] - offset) / rate <= t:
+        k += step
+    while k != before and (table.pieces[k + 1 - ahead, 0] - offset) / rate > t:
+        k -= step
+    if k != after:
+        reader[TO] = min(reader[TO], (table.pieces[k + ahead, 0] - offset) / rate)
+    if k != before:
+        reader[FROM] = max(reader[FROM], (table.pieces[k + 1 - ahead, 0] - offset) / rate)
+    reader[place + PIECE] = k
+    write_coefficients(table.pieces[k], rate, offset, table.order[i], t, reader, place)
+
+
+@compiled()
+def write_coefficients(piece, rate, offset, order, t, reader, place):
+    """A piece in tau as coefficients in time, of the value (order 0) or of its time derivative (1)."""
+    origin = (piece[0] - offset) / rate
+    c1, c2, c3 = rate * piece[2], rate * rate * piece[3], rate * rate * rate * piece[4]
+    amplitude, frequency, phase = piece[5], rate * piece[6], piece[7]
+    cubic = (piece[1], c1, c2, c3)
+    if order == 1:
+        cubic = (c1, 2.0 * c2, 3.0 * c3, 0.0)
+        amplitude, phase = amplitude * frequency, phase + 0.5 * np.pi
+    reader[place + ORIGIN] = origin
+    for j in range(4):
+        reader[place + C0 + j * GROUP] = cubic[j]
+    sine_origin = origin
+    if amplitude != 0.0 and frequency != 0.0:
+        angle, reach = frequency * (t - origin) + phase, 0.5 * FAR / abs(frequency)
+        if abs(angle) > 0.5 * FAR:
+            sine_origin, phase = t, np.fmod(angle, 2.0 * np.pi)
+        reader[FROM], reader[TO] = max(reader[FROM], t - reach), min(reader[TO], t + reach)
+    reader[place + AMPLITUDE] = amplitude
+    reader[place + FREQUENCY] = frequency
+    reader[place + PHASE] = phase
+    reader[place + SINE_ORIGIN] = sine_origin
