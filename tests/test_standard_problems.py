@@ -1,5 +1,7 @@
 """The integrators on problems that nobody here invented, and the problems themselves against independent tools."""
 
+from dataclasses import replace
+
 import heyoka as hy
 import numpy as np
 import pytest
@@ -172,3 +174,14 @@ def slope(problem, x):
     dx = np.empty(len(x))
     problem.rhs.py_func(0.0, x, np.zeros(1), np.array(problem.constants), dx)
     return dx
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-2, 1e-4])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
+def test_ode15s_passes_zero_crossings_of_algebraic_states(rtol, scale):
+    """With absolute tolerances far below the relative one an algebraic state that crosses zero once stopped the run."""
+    problem = replace(PROBLEMS["Transistor amplifier"], scale=scale)
+    trajectory = problem.solve("ode15s", rtol)
+    assert trajectory.status == Status.FINISHED
+    error = np.abs(trajectory.states[-1] - problem.end) / np.maximum(np.abs(problem.end), scale)
+    assert error.max() < 5 * rtol

@@ -24,6 +24,8 @@ from runner.stiff.system import (
 )
 
 MOST_ITERATIONS = 4
+#: A failed step whose error stays above this part of the last one although it is half as long.
+STAGNANT = 0.8
 EPS = float(np.finfo(np.float64).eps)
 #: How a Newton iteration ended.
 UNDECIDED, CONVERGED, TOO_SLOW, BLEW_UP = range(4)
@@ -36,7 +38,7 @@ STEP_UNDERFLOW, NEWTON_FAILURE = int(Status.STEP_UNDERFLOW), int(Status.NEWTON_F
 def step(space, s, v):
     """Take one accepted step from (s.t, v[X]) to (s.t_new, v[X_NEW]); returns RUNNING, or how it failed."""
     _prepare(space, s, v)
-    first_failure = True
+    first_failure, last_error = True, np.inf
     while True:
         status = _solve(space, s, v)
         if status != RUNNING:
@@ -48,11 +50,26 @@ def step(space, s, v):
         if s.h <= s.h_min:
             s.failed_state = s.worst
             return STEP_UNDERFLOW
+        if s.algebraic and s.error > STAGNANT * last_error:
+            _settle_on_constraints(v)
+            s.error = np.inf
         choose_after_failure(s, v, first_failure)
+        last_error = np.inf if first_failure else s.error
         first_failure = False
         _change_step(space, s, v)
     _update_differences(s.k, v)
     return RUNNING
+
+
+@compiled(**INLINE)
+def _settle_on_constraints(v):
+    """Take the correction of a step that fails however small it is as one of the present state.
+
+    Algebraic states carry the error that the last Newton iteration left, which no smaller step reduces. The differences
+    are those of a smooth solution, and stay.
+    """
+    for i in range(v.shape[1]):
+        v[X, i] += v[CORRECTION, i]
 
 
 @compiled(**INLINE)
