@@ -62,18 +62,9 @@ def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:
     n, t0, t1 = len(problem.initial_state), float(problem.t0), float(problem.t1)
     near = APART * float(np.spacing(max(abs(t0), abs(t1))))
     outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)
-    numbers = {
-        "next_output": 1,
-        "first_even": first_even,
-        "last_even": last_even,
-        "spacing": spacing,
-        "t": t0,
-        "segment_end": t0,
-        "t1": t1,
-        "near": near,
-        "limit": float(options.divergence_limit),
-    }
-    s, arrays = space_for(n, problem.inputs, problem.n_inputs, outputs, numbers)
+    s, arrays = space_for(n, problem.inputs, problem.n_inputs, outputs)
+    s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
+    s["t"], s["segment_end"], s["t1"], s["near"], s["limit"] = t0, t0, t1, near, options.divergence_limit
     A, B = np.empty((n, n)), np.empty((n, len(problem.inputs.first) + 1))
     problem.linear(problem.constants, A, B)
     B[:, problem.n_inputs] = B[:, -1]  # The channels between them drive no state.
