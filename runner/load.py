@@ -7,7 +7,7 @@ import pkgutil
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -49,14 +49,24 @@ class Model:
         """Names of the coordinates."""
         return self.state_names[: len(self.state_names) // 2]
 
+    @cached_property
+    def _kernels(self) -> dict[str, Any]:
+        """Those compiled so far."""
+        return {}
+
     def kernel(self, name: str) -> Any:
         """The kernel of this name, compiled for the calling convention; a LoadError where it does not compile."""
+        if name in self._kernels:
+            return self._kernels[name]
         if name not in abi.SIGNATURES or not hasattr(self.module, name):
             raise LoadError(f"model {self.name}: {unknown('kernel', name, abi.SIGNATURES)}")
+        kernel = getattr(self.module, name)
         try:
-            return _compiled(getattr(self.module, name), abi.SIGNATURES[name])
+            kernel.compile(abi.SIGNATURES[name])
         except NumbaError as error:
             raise LoadError(f"model {self.name}: kernel {name!r} does not compile:\n{error}") from None
+        self._kernels[name] = kernel
+        return kernel
 
     def parameter_values(self, parameters: Parameters = None) -> NDArray[np.float64]:
         """Parameters p (n_parameters,): the defaults, changed by a named set, by values, or by a set and then values.
@@ -111,12 +121,6 @@ class Model:
         zeros = [parameter.name for parameter, value in zip(self.tables.parameters, p, strict=True) if value == 0]
         named = [name for name in zeros if f"_{name}_" in f"_{constant}_"]
         return f"; zero: {', '.join(named or zeros)}" if zeros else "; a parameter is too large or too small"
-
-
-@cache
-def _compiled(kernel: Any, signature: Any) -> Any:
-    kernel.compile(signature)
-    return kernel
 
 
 def _set_and_overrides(parameters: Parameters) -> tuple[str | None, Mapping[str, float]]:

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 class Method:
     """One integration method. integrate(problem, method, options) -> Trajectory runs it.
 
-    family: "fixed", "adaptive" or "stiff". stages: of one step, 0 for multistep methods. tableau: of explicit
-    Runge-Kutta methods, None for others. pair: of adaptive ones, the tableau with error estimate and dense output.
+    family: "fixed", "adaptive", "stiff" or "exact" (order 0: no error but rounding). stages: of one step, 0 for
+    multistep methods. tableau: of explicit Runge-Kutta methods, None for others. pair: of adaptive ones, the tableau
+    with error estimate and dense output.
     """
 
     name: str
@@ -39,6 +40,7 @@ _HOMES = {
     **dict.fromkeys(("euler", "heun", "midpoint", "rk4"), "runner.explicit.fixed_methods"),
     **dict.fromkeys(("ode23", "ode45", "tsit5", "dop853", "vern7"), "runner.explicit.adaptive_methods"),
     **dict.fromkeys(("ode15s", "rodas5p"), "runner.stiff.methods"),
+    "exact": "runner.exact.methods",
 }
 
 

@@ -43,6 +43,7 @@ class Problem:
 
     initial_state (n_states,), constants (n_constants,), inputs: the channels rhs reads, at least `n_inputs` of them.
     mass_matrix (n_states, n_states): where given, mass_matrix x' = rhs; it may be singular (stiff methods only).
+    linear: the kernel that gives A and B of a linear right-hand side (exact propagation only).
     """
 
     rhs: Any
@@ -55,6 +56,7 @@ class Problem:
     state_names: tuple[str, ...]
     jacobian: Any = None
     mass_matrix: NDArray[np.float64] | None = None
+    linear: Any = None
 
 
 @dataclass(frozen=True, eq=False)

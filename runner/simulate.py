@@ -59,6 +59,7 @@ def simulate(
         n_inputs=model.tables.rhs_inputs,
         state_names=model.state_names,
         jacobian=model.kernel("jacobian") if chosen.stiff else None,
+        linear=_linear(model, chosen) if chosen.family == "exact" else None,
     )
     names = [parameter.name for parameter in model.tables.parameters]
     subject = Subject(
@@ -133,6 +134,15 @@ def solve(
         headlines={"states": names, "inputs": tuple(f"u_{i + 1}" for i in range(len(signals)))},
     )
     return _run(subject, problem, chosen, settings, on_failure)
+
+
+def _linear(model: Model, method: Method) -> Any:
+    if not model.tables.linear:
+        raise ValueError(
+            f"method {method.name} propagates linear models only and model {model.name} is nonlinear; choose another, "
+            "such as dop853 or tsit5"
+        )
+    return model.kernel("linear")
 
 
 def _mass_matrix(mass_matrix: ArrayLike, n: int, method: Method) -> NDArray[np.float64]:

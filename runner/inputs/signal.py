@@ -84,7 +84,7 @@ def stack(signals: list[Signal], orders: list[int]) -> InputTable:
             length += len(signal.pieces)
     first = np.array([places[id(signal.pieces)] for signal in signals], dtype=np.int64)
     last = first + np.array([len(signal.pieces) - 1 for signal in signals], dtype=np.int64)
-    times = [signal.breakpoint_times() for signal in signals]
+    times = [signal.breakpoint_times() for signal in signals if signal.breakpoints.size]
     return InputTable(
         pieces=np.ascontiguousarray(np.concatenate(blocks) if blocks else np.empty((0, 8))),
         first=first,

@@ -53,7 +53,9 @@ def methods() -> Table:
     table = plain_table("", "method", "order", "stages", "step", "stiff", "source")
     for method in METHODS.values():
         step, stiff = "variable" if method.adaptive else "fixed", "yes" if method.stiff else "no"
-        table.add_row(method.name, str(method.order), str(method.stages or "-"), step, stiff, method.citation)
+        if method.family == "exact":
+            step, stiff = "any", "yes"
+        table.add_row(method.name, str(method.order or "-"), str(method.stages or "-"), step, stiff, method.citation)
     return table
 
 

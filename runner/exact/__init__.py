@@ -1,0 +1,1 @@
+"""Exact propagation of linear models, x' = A x + B [u, 1], by the matrix exponential."""

@@ -1,0 +1,134 @@
+"""An exact run: what is wanted when, and the Python loop around the compiled course of `propagate`."""
+
+import time
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import typeof, types
+from numpy.typing import NDArray
+
+from runner import abi
+from runner.compiled import compiled
+from runner.exact.balance import begin
+from runner.exact.propagate import advance
+from runner.exact.space import SPACE, Arrays, space_for
+from runner.inputs.signal import stack
+from runner.options import Options
+from runner.problem import Problem, Statistics, Status, Trajectory
+from runner.slices import drive
+
+if TYPE_CHECKING:
+    from runner.methods import Method
+
+#: Intervals saved by default.
+DEFAULT_INTERVALS = 5000
+#: Times closer than this many spacings of floating-point time are the same time.
+APART = 16.0
+#: Row operations of a slice: some milliseconds.
+SLICE_WORK = 1e6
+#: Of the functions that Python calls; nothing in them allocates.
+_ENTRY = {"error_model": "numpy", "_nrt": False}
+_TABLE = typeof(stack([], []))
+_RECORD = typeof(np.zeros(1, dtype=SPACE)[0])
+
+
+def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+    """Propagate x' = A x + B [u, 1] exactly, to rounding, and save at the wanted times.
+
+    Wanted are options.output_times, or every options.every-th point of a grid of options.step, or 5001 points; start
+    and end always. Raises ValueError for a problem without the kernel `linear`, for events, and for times outside the
+    span.
+    """
+    start = time.perf_counter()
+    if problem.linear is None:
+        raise ValueError(
+            f"method {method.name} needs a linear model, x' = A x + B u: give qddot.simulate a generated model that is "
+            "linear (qddot show MODEL), or choose another method, such as dop853"
+        )
+    if options.events:
+        raise ValueError(f"method {method.name} finds no events yet; choose an adaptive method, such as dop853")
+    s, arrays = _space(problem, options)
+    status = drive(
+        partial(_compiled_advance(), s, SLICE_WORK),
+        fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
+        progress=options.progress,
+        time_limit=options.time_limit,
+    )
+    return _trajectory(s, arrays, status, time.perf_counter() - start)
+
+
+def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:
+    n, t0, t1 = len(problem.initial_state), float(problem.t0), float(problem.t1)
+    near = APART * float(np.spacing(max(abs(t0), abs(t1))))
+    outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)
+    s, arrays = space_for(n, problem.inputs, problem.n_inputs, outputs)
+    s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
+    s["t"], s["segment_end"], s["t1"], s["near"], s["limit"] = t0, t0, t1, near, options.divergence_limit
+    A, B = np.empty((n, n)), np.empty((n, len(problem.inputs.first) + 1))
+    problem.linear(problem.constants, A, B)
+    B[:, problem.n_inputs] = B[:, -1]  # The channels between them drive no state.
+    _compiled_begin()(s, problem.inputs, A, B[:, : problem.n_inputs + 1].copy(), problem.initial_state)
+    arrays.saved[0] = problem.initial_state
+    return s, arrays
+
+
+def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArray[np.float64], float, int, int]:
+    """All times to save at, and of the evenly spaced among them the spacing, the first and the last index."""
+    if options.output_times is not None:
+        return _requested(options.output_times, t0, t1, near)
+    step = options.step * (options.every or 1) if options.step is not None else (t1 - t0) / DEFAULT_INTERVALS
+    if step < 4 * near:
+        raise ValueError(f"step is {step}, too small to advance the time from {t0} to {t1}")
+    whole = max(1, int(np.ceil((t1 - t0 - near) / step)))
+    outputs = np.array(t0 + step * np.arange(whole + 1), dtype=np.float64)
+    even = abs(outputs[-1] - t1) <= near
+    outputs[-1] = t1
+    return outputs, step, 0, whole if even else whole - 1
+
+
+def _requested(
+    times: NDArray[np.float64], t0: float, t1: float, near: float
+) -> tuple[NDArray[np.float64], float, int, int]:
+    outside = times[(times < t0 - near) | (times > t1 + near)]
+    if outside.size:
+        raise ValueError(f"output time {outside[0]} is outside the span from {t0} to {t1}")
+    inside = times[(times > t0 + near) & (times < t1 - near)]
+    outputs = np.concatenate([[t0], inside, [t1]])
+    if len(inside) < 2:
+        return outputs, 0.0, len(outputs), 0
+    spacing = float(inside[-1] - inside[0]) / (len(inside) - 1)
+    even = np.abs(inside[0] + spacing * np.arange(-1, len(inside) + 1) - outputs) <= near
+    if not even[1:-1].all():
+        return outputs, 0.0, len(outputs), 0
+    return outputs, spacing, 0 if even[0] else 1, len(inside) + 1 if even[-1] else len(inside)
+
+
+@cache
+def _compiled_begin() -> Any:
+    return compiled(types.void(_RECORD, _TABLE, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin)
+
+
+@cache
+def _compiled_advance() -> Any:
+    return compiled(types.int64(_RECORD, types.float64), **_ENTRY)(advance)
+
+
+def _trajectory(s: np.void, arrays: Arrays, status: Status, wall_time: float) -> Trajectory:
+    """The states at the wanted times that were reached."""
+    saved = int(s["next_output"])
+    t, states = arrays.outputs[:saved], arrays.saved[:saved]
+    failed = status is Status.NON_FINITE
+    return Trajectory(
+        t=t,
+        states=states,
+        status=status,
+        statistics=Statistics(
+            steps=int(s["steps"]),
+            evaluations=int(s["products"]),
+            factorizations=int(s["exponentials"]),
+            wall_time=wall_time,
+        ),
+        failed_at=float(s["t"]) if failed else np.nan,
+        failed_state=int(s["failed_state"]) if failed else -1,
+    )

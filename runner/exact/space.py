@@ -1,0 +1,87 @@
+"""What the compiled propagation works on: one record of numbers and addresses, and the arrays behind it.
+
+Vectors are rows, so a state moves by x <- x + x Y with Y = exp(h A)^T - 1: matrices are kept transposed. A matrix of
+n columns lies in panels of BLOCK columns, rows contiguous, zeros beyond column n: `weighted_sum` takes a row of a panel
+at once. All of it is in balanced coordinates x / scale, the scale made of powers of two, which rounds nothing.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.inputs.signal import AMPLITUDE, InputTable
+from runner.memory import BLOCK, layout
+
+#: A polynomial input piece has this many coefficients.
+POWERS = 4
+
+#: Addresses within the work space: A, B (channels + 1 rows) in panels; scale; the state x; the Taylor terms y, y_next;
+#: zeros. Of the current forcing: values (POWERS, channels + 1), g (POWERS vectors), omega, sine and cosine (a vector for
+#: each frequency), the drivers p and p_next. The matrices M, M_2, M_3, M_4, Y and room for one more.
+#: n states in `panels` panels, `channels` inputs. pieces, first, last, rate, offset, order: of the input table; cursor:
+#: the piece of each channel. outputs: `n_outputs` wanted times from the start to the end of the run, saved: the states
+#: there; next_output: the first not reached; those from first_even to last_even are `spacing` apart. grid: see
+#: `advance`. degree, frequencies, q functions that drive the states: of the current forcing. steps, products,
+#: exponentials: counts for the statistics.
+#: nu: 1-norm of A; t: of x; segment_end: until when no input changes its piece; near: times this close are the same.
+SPACE = layout(
+    "A B scale x y y_next zeros values g omega sine cosine p p_next M M_2 M_3 M_4 Y room "
+    "n panels channels pieces n_pieces first last rate offset order cursor "
+    "outputs n_outputs saved next_output first_even last_even grid degree frequencies q "
+    "steps products exponentials failed_state",
+    "spacing nu t segment_end t1 near limit",
+)
+
+
+class Arrays(NamedTuple):
+    """The arrays that a space points into; kept alive as long as the space is used."""
+
+    work: NDArray[np.float64]
+    cursor: NDArray[np.int64]
+    outputs: NDArray[np.float64]
+    saved: NDArray[np.float64]
+
+
+def space_for(n: int, inputs: InputTable, channels: int, outputs: NDArray[np.float64]) -> tuple[np.void, Arrays]:
+    """A space for n states, the first `channels` inputs and wanted times (m,) from the start on."""
+    sines = channels if inputs.pieces[:, AMPLITUDE].any() else 0
+    offsets, length = _places(n, channels, sines)
+    arrays = Arrays(
+        work=np.zeros(length),
+        cursor=inputs.first.copy(),
+        outputs=outputs,
+        saved=np.empty((len(outputs), n)),
+    )
+    fields = np.zeros(len(SPACE), dtype=np.int64)
+    fields[: len(offsets)] = offsets + -(-arrays.work.ctypes.data // CACHE_LINE) * CACHE_LINE
+    s = fields.view(SPACE)[0]
+    s["n"], s["panels"], s["channels"], s["n_outputs"] = n, -(-n // BLOCK), channels, len(outputs)
+    s["cursor"], s["outputs"], s["saved"] = (array.ctypes.data for array in arrays[1:])
+    return s, arrays
+
+
+#: The work space starts at one, in bytes.
+CACHE_LINE = 64
+
+
+@cache
+def _places(n: int, channels: int, sines: int) -> tuple[NDArray[np.int64], int]:
+    """Offsets of the first fields of SPACE in bytes, and the length of the work space in numbers."""
+    q_max = POWERS + 2 * sines
+    width, q_width = (-(-size // BLOCK) * BLOCK for size in (n, q_max))
+    matrix = width * (n + q_max) + q_width * q_max
+    lengths = {
+        "A": width * n,
+        "B": width * (channels + 1),
+        **dict.fromkeys(("scale", "x", "y", "y_next", "zeros"), width),
+        "values": POWERS * (channels + 1),
+        "g": POWERS * width,
+        "omega": sines,
+        **dict.fromkeys(("sine", "cosine"), sines * width),
+        **dict.fromkeys(("p", "p_next"), q_width),
+        **dict.fromkeys(("M", "M_2", "M_3", "M_4", "Y", "room"), matrix),
+    }
+    numbers = np.array(list(lengths.values()), dtype=np.int64)
+    return 8 * (np.cumsum(numbers) - numbers), int(numbers.sum()) + CACHE_LINE // 8
