@@ -31,6 +31,7 @@ _PUBLIC = {
     "generate": "codegen.generate",
     "load": "runner.load",
     "modes": "runner.modes",
+    "prepare": "runner.simulate",
     "pulse_train": "runner.inputs.shapes",
     "run_study": "runner.study.run",
     "simulate": "runner.simulate",

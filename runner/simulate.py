@@ -1,7 +1,7 @@
 """One call from a model, or from any compiled right-hand side, to its solution."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from runner.result import IntegrationError, Subject, as_solution
 from runner.solution import Solution
 from runner.tables import Quantity
 
-__all__ = ["IntegrationError", "crossing", "simulate", "solve"]
+__all__ = ["IntegrationError", "Simulation", "crossing", "prepare", "simulate", "solve"]
 
 Crossing = StateCrossing | OutputCrossing
 
@@ -45,7 +45,50 @@ def simulate(
     Raises IntegrationError where the run fails, unless on_failure is "return"; EquilibriumError where there is no
     static state to start from; ValueError for anything given wrongly, naming it.
     """
-    chosen, settings = _method(method), _options(step, on_failure, options)
+    run = prepare(
+        model, span, method=method, step=step, parameters=parameters, inputs=inputs, initial=initial, **options
+    )
+    return run(on_failure=on_failure)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """A prepared run: everything checked, looked up and compiled. Calling it integrates."""
+
+    subject: Subject
+    problem: Problem
+    method: Method
+    options: Options
+
+    def __call__(self, initial: NDArray[np.float64] | None = None, *, on_failure: str = "raise") -> Solution:
+        """Integrate, from another state (n_states,) where one is given. Raises and returns as `simulate`."""
+        _check_on_failure(on_failure)
+        problem = self.problem
+        if initial is not None:
+            problem = replace(problem, initial_state=np.array(initial, dtype=np.float64).reshape(-1))
+            if problem.initial_state.shape != self.problem.initial_state.shape:
+                n = len(self.problem.initial_state)
+                raise ValueError(f"initial has {problem.initial_state.size} numbers, expected {n}")
+        trajectory = self.method.integrate(problem, self.method, self.options)
+        solution = as_solution(self.subject, problem, self.method, self.options, trajectory)
+        if not solution.success and on_failure == "raise":
+            raise IntegrationError(solution)
+        return solution
+
+
+def prepare(
+    model: Model,
+    span: tuple[float, float],
+    *,
+    method: str | Method = "rk4",
+    step: float | None = None,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal | float] | None = None,
+    initial: Mapping[str, float] | ArrayLike | None = None,
+    **options: Any,
+) -> Simulation:
+    """What `simulate` with these arguments would run, to be run when called, as often as wanted. Raises as it does."""
+    chosen, settings = _method(method), _options(step, options)
     t0, t1 = _span(span)
     p = model.parameter_values(parameters)
     c, table = model.constants(p), bind(model.tables, inputs)
@@ -61,21 +104,24 @@ def simulate(
         jacobian=model.kernel("jacobian") if chosen.stiff else None,
         linear=_linear(model, chosen) if chosen.family == "exact" else None,
     )
-    names = [parameter.name for parameter in model.tables.parameters]
-    subject = Subject(
+    return Simulation(_subject(model, p), problem, chosen, settings)
+
+
+def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
+    tables = model.tables
+    return Subject(
         name=model.name,
-        states=model.tables.states,
-        outputs=model.tables.outputs,
-        inputs=tuple(Quantity(channel.name, channel.unit, channel.meaning) for channel in model.tables.inputs),
-        output_kernel=model.kernel("outputs") if model.tables.outputs else None,
-        parameters=dict(zip(names, p, strict=True)),
+        states=tables.states,
+        outputs=tables.outputs,
+        inputs=tuple(Quantity(channel.name, channel.unit, channel.meaning) for channel in tables.inputs),
+        output_kernel=model.kernel("outputs") if tables.outputs else None,
+        parameters=dict(zip((parameter.name for parameter in tables.parameters), p, strict=True)),
         headlines={
             "coordinates": model.coordinate_names,
-            "outputs": tuple(output.name for output in model.tables.outputs),
-            "inputs": tuple(channel.name for channel in model.tables.inputs if not channel.rate_of),
+            "outputs": tuple(output.name for output in tables.outputs),
+            "inputs": tuple(channel.name for channel in tables.inputs if not channel.rate_of),
         },
     )
-    return _run(subject, problem, chosen, settings, on_failure)
 
 
 def crossing(model: Model, name: str, level: float = 0.0, *, direction: int = 0, terminal: bool = False) -> Crossing:
@@ -114,7 +160,7 @@ def solve(
     constants: c. inputs: the channels of u, signals or numbers, in order; u has at least one element.
     state_names: x_1, x_2, ... by default; the inputs are u_1, u_2, ... Otherwise as `simulate`.
     """
-    chosen, settings = _method(method), _options(step, on_failure, options)
+    chosen, settings = _method(method), _options(step, options)
     t0, t1 = _span(span)
     x = np.array(x0, dtype=np.float64)
     if x.ndim != 1 or not x.size or not np.isfinite(x).all():
@@ -133,7 +179,7 @@ def solve(
         inputs=tuple(Quantity(f"u_{i + 1}", "", "") for i in range(len(signals))),
         headlines={"states": names, "inputs": tuple(f"u_{i + 1}" for i in range(len(signals)))},
     )
-    return _run(subject, problem, chosen, settings, on_failure)
+    return Simulation(subject, problem, chosen, settings)(on_failure=on_failure)
 
 
 def _linear(model: Model, method: Method) -> Any:
@@ -159,14 +205,17 @@ def _method(method: str | Method) -> Method:
     return method if isinstance(method, Method) else find_method(method)
 
 
-def _options(step: float | None, on_failure: str, options: Mapping[str, Any]) -> Options:
-    if on_failure not in ("raise", "return"):
-        raise ValueError(f"on_failure is {on_failure!r}, expected 'raise' or 'return'")
+def _options(step: float | None, options: Mapping[str, Any]) -> Options:
     names = [each.name for each in fields(Options)]
     for name in options:
         if name not in names:
             raise ValueError(unknown("option", name, names))
     return Options(step=step, **options)
+
+
+def _check_on_failure(on_failure: str) -> None:
+    if on_failure not in ("raise", "return"):
+        raise ValueError(f"on_failure is {on_failure!r}, expected 'raise' or 'return'")
 
 
 def _span(span: tuple[float, float]) -> tuple[float, float]:
@@ -176,10 +225,3 @@ def _span(span: tuple[float, float]) -> tuple[float, float]:
     if not t0 < t1:
         raise ValueError(f"span is ({t0}, {t1}), expected a start before the end")
     return t0, t1
-
-
-def _run(subject: Subject, problem: Problem, method: Method, options: Options, on_failure: str) -> Solution:
-    solution = as_solution(subject, problem, method, options, method.integrate(problem, method, options))
-    if not solution.success and on_failure == "raise":
-        raise IntegrationError(solution)
-    return solution

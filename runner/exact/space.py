@@ -18,8 +18,8 @@ from runner.memory import BLOCK, layout
 POWERS = 4
 
 #: Addresses within the work space: A, B (channels + 1 rows) in panels; scale; the state x; the Taylor terms y, y_next;
-#: zeros. Of the current forcing: values (POWERS, channels + 1), g (POWERS vectors), omega, sine and cosine (a vector for
-#: each frequency), the drivers p and p_next. The matrices M, M_2, M_3, M_4, Y and room for one more.
+#: zeros. Of the current forcing: values (POWERS, channels + 1), g (POWERS vectors), omega, sine and cosine (a vector
+#: for each frequency), the drivers p and p_next. The matrices M, M_2, M_3, M_4, Y and room for one more.
 #: n states in `panels` panels, `channels` inputs. pieces, first, last, rate, offset, order: of the input table; cursor:
 #: the piece of each channel. outputs: `n_outputs` wanted times from the start to the end of the run, saved: the states
 #: there; next_output: the first not reached; those from first_even to last_even are `spacing` apart. grid: see
@@ -54,7 +54,7 @@ def space_for(n: int, inputs: InputTable, channels: int, outputs: NDArray[np.flo
         outputs=outputs,
         saved=np.empty((len(outputs), n)),
     )
-    fields = np.zeros(len(SPACE), dtype=np.int64)
+    fields = np.zeros(len(SPACE.names or ()), dtype=np.int64)
     fields[: len(offsets)] = offsets + -(-arrays.work.ctypes.data // CACHE_LINE) * CACHE_LINE
     s = fields.view(SPACE)[0]
     s["n"], s["panels"], s["channels"], s["n_outputs"] = n, -(-n // BLOCK), channels, len(outputs)
