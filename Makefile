@@ -57,7 +57,7 @@ $(VENV)/run: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
-PEERS := heyoka numbalsoda jitcode
+PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy
 
 $(VENV)-bench/run: pyproject.toml
 	$(PYTHON) -m venv $(VENV)-bench

@@ -1,8 +1,8 @@
 """The M113 standing and driving for 10 s with one shot at 0.5 s: one run, beside heyoka, numbalsoda, JiTCODE, SciPy.
 
 Every contender is prepared beforehand and timed from a given state to the end; it restarts at the two edges of the
-pulse (ours finds them by itself). Errors are those of the displacements at the end, relative to the largest displacement
-from rest, against SciPy's DOP853 at 1e-13.
+pulse (ours finds them by itself). Errors are those of the displacements at the end, relative to the largest
+displacement from rest, against SciPy's DOP853 at 1e-13.
 """
 
 from collections.abc import Callable
