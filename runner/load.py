@@ -99,6 +99,18 @@ class Model:
             raise ValueError(f"model {self.name}: constant {name} is {value}{self._zeros(p, name)}")
         return c
 
+    def positions(self, p: NDArray[np.float64]) -> dict[str, float]:
+        """Where the inputs that have a position act for parameters p: name -> m ahead of the model's origin."""
+        names = self.tables.positioned
+        places = np.zeros(len(names))
+        if names:
+            self.kernel("positions")(np.ascontiguousarray(p, dtype=np.float64), places)
+        if not np.isfinite(places).all():
+            raise ValueError(
+                f"model {self.name}: the position of {names[int(np.argmin(np.isfinite(places)))]} is not finite"
+            )
+        return dict(zip(names, places.tolist(), strict=True))
+
     def state(self, values: Mapping[str, float] | ArrayLike) -> NDArray[np.float64]:
         """A state x (n_states,), from an array or by name (the others are 0), checked to be finite."""
         if isinstance(values, Mapping):
