@@ -16,6 +16,7 @@ from runner.solution import Solution
 from runner.study.read import StudyError, read
 from runner.study.run import run
 from runner.study.schema import Study
+from runner.study.show import show_inputs
 
 STUDIES = Path(__file__).parent.parent / "studies"
 CATALOGUES = ("models", "studies", "methods")
@@ -74,8 +75,10 @@ def catalogue(what: str) -> int:
     return 0
 
 
-def show(name: str, parameters: str | None) -> int:
-    """Show a model's tables and, for one or each of its parameter sets, the static equilibrium and the modes."""
+def show(name: str, parameters: str | None, into: Path) -> int:
+    """Show a study's inputs; or a model's tables and, with one or each of its parameter sets, equilibrium and modes."""
+    if Path(name).suffix == ".toml":
+        return show_inputs(Path(name), into)
     console = Console()
     model = load(name)
     kind = "linear" if model.tables.linear else "nonlinear"
