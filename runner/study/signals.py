@@ -132,6 +132,10 @@ def _sizes(key: str, spec: Any, unit: str, amounts: Amounts) -> dict[str, float]
     if "impulse" in sizes:
         raise amounts.wrong(f"{key}.impulse", "the ammunition gives the impulse; leave out one of the two")
     impulse = recoil_impulse(**ammunition)
-    if unit != "N":
-        impulse = magnitude(f"the ammunition's impulse, {unit} * s", f"{impulse!r} N s", f"{unit} * s")
-    return sizes | {"impulse": impulse}
+    if unit == "N":
+        return sizes | {"impulse": impulse}
+    try:
+        return sizes | {"impulse": magnitude(key, f"{impulse!r} N s", f"{unit} * s")}
+    except ValueError:
+        message = f"ammunition gives N s, but the input is in {unit}; give two of peak, duration and impulse"
+        raise amounts.wrong(f"{key}.shell_mass", message) from None
