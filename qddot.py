@@ -114,9 +114,9 @@ def _run(
 
 @app.command("list")
 def _list(
-    what: Annotated[str, typer.Argument(help="models, studies or methods; all by default.")] = "all",
+    what: Annotated[str, typer.Argument(help="models, studies, library or methods; all by default.")] = "all",
 ) -> None:
-    """List models, studies and integration methods."""
+    """List models, studies, the library's guns and roads, and integration methods."""
     from runner.command import catalogue
 
     raise typer.Exit(catalogue(what))

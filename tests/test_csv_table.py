@@ -80,6 +80,7 @@ def test_angles_become_radians(written):
         ("t,F\n0,0\n1,0\n", {"value": 2}, "line 2: no column '2'; the line has 2 of 3 columns"),
         ("t,F\n0,0\n1,0\n", {"value": -1}, "column -1: columns are counted from 0"),
         ("t,F\n0,0\n1,0\n", {"resample": 0.0}, "resample is 0.0, expected a spacing greater than 0"),
+        ("t,F\n0,0\n1,0\n", {"resample": 1e-12}, "resample is 1e-12: that is more than 10000000 samples"),
         ("t,F\n0,0\n2,0\n1,0\n", {"resample": 0.1}, "recoil.csv, line 4: time 1.0 is before that of"),
         (
             "x [m],z [mm]\n0,0\n0,1\n",

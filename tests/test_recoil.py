@@ -100,6 +100,7 @@ def test_a_measured_curve_is_stretched_to_what_is_asked(curve, peak, duration):
     [
         (lambda: shot_times(0, 1.0), "count is 0, expected a whole number of shots"),
         (lambda: shot_times(2.5, 1.0), "count is 2.5, expected a whole number"),
+        (lambda: shot_times(10**9, 1.0), "count is 1000000000, expected at most 100000 shots"),
         (lambda: shot_times(2), "2 shots need an interval or a rate_of_fire"),
         (lambda: shot_times(2, -1.0), "interval is -1.0, expected a number greater than 0"),
         (lambda: shot_times(2, rate_of_fire=0.0), "rate_of_fire is 0.0, expected a number greater than 0"),

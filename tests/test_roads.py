@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
@@ -234,6 +234,27 @@ def test_a_slow_long_wave_carries_the_vehicle(m113):
     assert np.abs(solution["heave"] - level - road).max() < 0.01
 
 
+def test_scipy_drives_over_a_random_road_as_we_do(m113):
+    """x' = A x + B [u, 1] by DOP853 of SciPy, the road read at start + position + v t, against our rk4."""
+    road, v, chosen = random_road("E", seed=6, length=40.0, shortest=0.5, fade=3.0), 6.0, "as_run_unloaded"
+    inputs = drive(m113, road, v, parameters=chosen, start=-2.0)
+    solution = simulate(m113, (0, 1.5), step=2e-4, parameters=chosen, inputs=inputs, every=50)
+    p = m113.parameter_values(chosen)
+    n, places = len(m113.tables.inputs), np.array(list(m113.positions(p).values()))
+    A, B = np.zeros((14, 14)), np.zeros((14, n + 1))
+    m113.kernel("linear")(m113.constants(p), A, B)
+
+    def rhs(t, x):
+        return A @ x + B[:, :5] @ road(-2.0 + places + v * t) + B[:, n]
+
+    grid = {"t_eval": solution.t[solution.t <= 1.5], "max_step": 0.02}
+    x0 = equilibrium(m113, chosen)
+    reference = solve_ivp(rhs, (0, 1.5), x0, method="DOP853", rtol=1e-8, atol=1e-10, **grid)
+    for name, k in (("q_1", 0), ("q_5", 4), ("heave", 5), ("pitch", 6)):
+        assert np.ptp(solution[name]) > 0.005
+        np.testing.assert_allclose(solution[name], reference.y[k], atol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -246,6 +267,9 @@ def test_a_slow_long_wave_carries_the_vehicle(m113):
         (lambda: random_road("A", seed=1, fade=300.0), "fade is 300.0, expected a distance from 0"),
         (lambda: random_road("A", seed=1, length=5.0, shortest=10.0), "a road of 5 m has no wave from 10"),
         (lambda: random_road("A", seed=1, waviness=np.nan), "waviness is nan"),
+        (lambda: random_road("A", seed=1, waviness=1e300), "waviness is 1e\\+300, expected an exponent from 0 to 10"),
+        (lambda: random_road("A", seed=1, length=1e12), "that is more than 10000000 samples"),
+        (lambda: roads_at(wave(1.0, 1e-4), {"z": 0.0}, table([0, 9], [1, 40]), 0, (0, 9)), "the road is too fine"),
         (lambda: ramp(1.0, 0.0), "length is 0.0, expected a length greater than 0"),
         (lambda: wave(1.0, -2.0), "wavelength is -2.0, expected a length greater than 0"),
         (lambda: pothole(0.1, 1.0, edge=0.6), "edge is 0.6, expected a length from 0 to half"),

@@ -1,11 +1,15 @@
 """Guns and roads in studies: what a file says is what drives the model, and every slip is named."""
 
 import re
+import tempfile
 import tomllib
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from runner.inputs.drive import drive
 from runner.inputs.iso8608 import CLASSES, random_road
@@ -334,6 +338,66 @@ def test_a_bad_gun_or_road_is_refused_with_its_place(tmp_path, case):
         run_study(path)
     assert str(path) in str(refused.value)
     assert message in str(refused.value)
+
+
+GIVEN = {
+    "iso8608": {
+        "roughness": '"C"',
+        "seed": 1,
+        "length": 50,
+        "waviness": 2.0,
+        "shortest": 0.5,
+        "longest": 20,
+        "fade": 1,
+    },
+    "sine": {"amplitude": 0.1, "wavelength": 3, "phase": 0, "mean": 0},
+    "ramp": {"height": 0.1, "length": 1, "at": 0},
+    "step": {"height": 0.1, "length": 0, "at": 0},
+    "cosine_bump": {"height": 0.1, "length": 1, "at": 0},
+    "pothole": {"depth": 0.1, "length": 1, "at": 0, "edge": 0.1},
+    "profile": {"x": "[0, 1]", "z": "[0, 0.1]", "interpolation": '"linear"'},
+    "pulse_train": {
+        "count": 2,
+        "interval": 1,
+        "start": 0,
+        "peak": 1,
+        "duration": 0.1,
+        "shape": '"triangle"',
+        "rise": 0.2,
+    },
+}
+ODD = ["nan", "inf", "0", "-1", "1e300", "1e-300", "1e400", "123456789012345678901", '""', '"x"', '"3"', '"5 kg"']
+ODD += [
+    "true",
+    "[]",
+    "{}",
+    "[[1]]",
+    '"nan m"',
+    '"km/h"',
+    '"1 +- 2 m"',
+    '"1 m / 0"',
+    '"9**9**9 m"',
+    '"10**100000000"',
+    "1979-05-27",
+]
+
+
+@given(st.data(), st.sampled_from(sorted(GIVEN)), st.sampled_from(ODD))
+@settings(deadline=None, max_examples=150)
+def test_an_odd_value_gives_signals_or_an_error_with_its_place(data, kind, odd):
+    keys = GIVEN[kind] if kind == "pulse_train" else GIVEN[kind] | {"speed": 3, "start": 0}
+    keys = keys | {data.draw(st.sampled_from(sorted(keys))): odd}
+    table = "inputs.F" if kind == "pulse_train" else "road"
+    text = HEAD + f'[{table}]\nkind = "{kind}"\n' + "".join(f"{key} = {value}\n" for key, value in keys.items())
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            found = signals(Path(folder), text)
+        except StudyError as error:
+            assert str(error).startswith(folder)
+        else:
+            for signal in found.values():
+                assert np.isfinite(signal.pieces).all()
 
 
 def test_bad_rows_of_a_road_file_are_named(tmp_path):

@@ -15,6 +15,8 @@ from runner.inputs.tables import resampled, table_at
 
 #: Delimiters in the order of preference: a file with semicolons or tabs may have decimal commas.
 DELIMITERS = (";", "\t", ",")
+#: Most samples of a table that is resampled.
+MOST_SAMPLES = 10_000_000
 #: A heading such as `force [kN]` or `force (kN)`.
 HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*$")
 
@@ -70,6 +72,8 @@ def samples_from_csv(
     if not finite("resample", resample) > 0:
         raise ValueError(f"resample is {resample}, expected a spacing greater than 0")
     table_at(times, values, "linear", None, lambda i: f"{path}, line {rows[i][0]}", argument[0])
+    if times[-1] - times[0] > MOST_SAMPLES * resample:
+        raise ValueError(f"{path}: resample is {resample:g}: that is more than {MOST_SAMPLES} samples")
     return *resampled(times, values, resample), lambda i: f"{path}, resampled at {resample}, sample {i}"
 
 

@@ -16,6 +16,8 @@ Vector = NDArray[np.float64]
 ACCURACY = 1e-6
 #: Halvings of an interval in search of that accuracy.
 MOST_HALVINGS = 30
+#: Most cubics of a road at a varying speed.
+MOST_PIECES = 300_000
 
 
 def drive(
@@ -141,6 +143,8 @@ def along(road: Signal, way: Way, offset: float, accuracy: float = ACCURACY) -> 
             break
         middle = (left[rough] + right[rough]) / 2
         left, right = np.concatenate([left[rough], middle]), np.concatenate([middle, right[rough]])
+        if len(left) > MOST_PIECES:
+            raise ValueError(f"the road is too fine to be followed to {accuracy:g} m at a varying speed")
     pieces = np.concatenate(done)
     pieces = pieces[np.argsort(pieces[:, START])]
     starts = pieces[:, START]

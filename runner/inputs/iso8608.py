@@ -21,6 +21,10 @@ CLASSES = {name: 16e-6 * 4.0**k for k, name in enumerate("ABCDEFGH")}
 SHORTEST, LONGEST = 1 / 2.83, 1 / 0.011
 #: Samples on the shortest wave, at least; the spline through them is then within 1 % of it.
 SAMPLES_PER_WAVE = 5
+#: Largest exponent; measured roads have 1.5 to 3.
+MOST_WAVINESS = 10
+#: Most samples of a road: 640 MB of pieces.
+MOST_SAMPLES = 10_000_000
 
 
 def roughness(of: str | float) -> float:
@@ -52,6 +56,8 @@ def random_road(
     at the ends hold. The spline has continuous curvature, in the fade slope. Raises ValueError naming the argument.
     """
     _check(seed, length, waviness, shortest, longest, fade)
+    if length * SAMPLES_PER_WAVE > MOST_SAMPLES * shortest:
+        raise ValueError(f"length is {length:g} and shortest {shortest:g} m: that is more than {MOST_SAMPLES} samples")
     n = max(8, int(np.ceil(length * SAMPLES_PER_WAVE / shortest)))
     frequencies = np.arange(n // 2 + 1) / length
     waves = (frequencies >= (1 - 1e-9) / longest) & (frequencies <= (1 + 1e-9) / shortest)
@@ -74,7 +80,8 @@ def _check(seed: int, length: float, waviness: float, shortest: float, longest: 
         raise ValueError(f"longest is {longest:g}, expected a wavelength greater than the shortest, {shortest:g}")
     if not 0 <= finite("fade", fade) <= length:
         raise ValueError(f"fade is {fade}, expected a distance from 0 to the length, {length:g}")
-    finite("waviness", waviness)
+    if not 0 <= finite("waviness", waviness) <= MOST_WAVINESS:
+        raise ValueError(f"waviness is {waviness:g}, expected an exponent from 0 to {MOST_WAVINESS}")
 
 
 def _spline(spectrum: NDArray[np.complex128], n: int, length: float, fade: float) -> Signal:

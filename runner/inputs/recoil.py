@@ -12,6 +12,9 @@ from runner.inputs.tables import table_at
 #: Formulae, for high-powered rifles.
 GAS_VELOCITY_FACTOR = 1.75
 
+#: Most shots of a schedule.
+MOST_SHOTS = 100_000
+
 Vector = NDArray[np.float64]
 
 
@@ -44,6 +47,8 @@ def shot_times(
     """
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise ValueError(f"count is {count!r}, expected a whole number of shots, 1 or more")
+    if count > MOST_SHOTS:
+        raise ValueError(f"count is {count}, expected at most {MOST_SHOTS} shots")
     if interval is not None and rate_of_fire is not None:
         raise ValueError("give interval or rate_of_fire, not both")
     if interval is None and rate_of_fire is None:

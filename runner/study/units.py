@@ -1,11 +1,15 @@
 """Numbers with units: `"605 N s"` in a study, where the model says N s."""
 
+import re
 from functools import lru_cache
 
 from runner.checks import finite
 
 #: A number in the unit that is expected there, or a text such as "65 kN/m".
 Amount = float | str
+
+#: Powers that would take pint for ever: of powers, and with exponents of three digits or more.
+_TOWER = re.compile(r"(\*\*|\^)\s*(?:[-+(]*\s*\d{3,}|[-+(.\d)\s]+(\*\*|\^))")
 
 
 def magnitude(where: str, amount: Amount, unit: str) -> float:
@@ -25,9 +29,11 @@ def _converted(amount: str, unit: str) -> tuple[float, str]:
 
     registry = pint.get_application_registry()
     try:
+        if _TOWER.search(amount):
+            raise ValueError("a power that has no end")
         quantity = registry.Quantity(amount)
         wanted = registry.Unit(unit)
-    except (pint.PintError, ValueError, AssertionError, TypeError, SyntaxError):
+    except (pint.PintError, ValueError, AssertionError, TypeError, SyntaxError, ArithmeticError):
         return 0.0, f'{amount!r} is no number with a unit; write it as "2.5 {unit}"'
     if quantity.unitless and not wanted.dimensionless:
         return 0.0, f"{amount!r} has no unit; expected one such as {unit}, or a plain number in {unit}"
