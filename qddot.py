@@ -26,19 +26,29 @@ _PUBLIC = {
     "Solution": "runner.solution",
     "StudyError": "runner.study.read",
     "constant": "runner.inputs.shapes",
+    "cosine_bump": "runner.inputs.roads",
     "crossing": "runner.simulate",
+    "drive": "runner.inputs.drive",
     "equilibrium": "runner.equilibrium",
     "generate": "codegen.generate",
     "load": "runner.load",
+    "measured_pulse_train": "runner.inputs.recoil",
     "modes": "runner.modes",
+    "pothole": "runner.inputs.roads",
     "prepare": "runner.simulate",
     "pulse_train": "runner.inputs.shapes",
+    "ramp": "runner.inputs.roads",
+    "random_road": "runner.inputs.iso8608",
+    "recoil_impulse": "runner.inputs.recoil",
     "run_study": "runner.study.run",
+    "shot_times": "runner.inputs.recoil",
     "simulate": "runner.simulate",
     "sine": "runner.inputs.shapes",
     "solve": "runner.simulate",
+    "step": "runner.inputs.roads",
     "table": "runner.inputs.tables",
     "table_from_csv": "runner.inputs.csv_table",
+    "wave": "runner.inputs.roads",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the sorted keys are a list of names
@@ -104,9 +114,9 @@ def _run(
 
 @app.command("list")
 def _list(
-    what: Annotated[str, typer.Argument(help="models, studies or methods; all by default.")] = "all",
+    what: Annotated[str, typer.Argument(help="models, studies, library or methods; all by default.")] = "all",
 ) -> None:
-    """List models, studies and integration methods."""
+    """List models, studies, the library's guns and roads, and integration methods."""
     from runner.command import catalogue
 
     raise typer.Exit(catalogue(what))
@@ -114,13 +124,14 @@ def _list(
 
 @app.command("show")
 def _show(
-    model: Annotated[str, typer.Argument(help="A model's name, or the path of a generated module.")],
+    name: Annotated[str, typer.Argument(help="A model's name, a generated module, or a study (.toml).")],
     parameters: Annotated[str | None, typer.Option(help="Parameter set for the modes; all sets by default.")] = None,
+    into: Annotated[Path, typer.Option(help="Folder for the figure of a study's inputs.")] = Path("results"),
 ) -> None:
-    """Show a model: states, inputs, outputs, parameters, static equilibrium and modes."""
+    """Show a model: its tables, static equilibrium and modes; or a study: what drives it, as a table and a figure."""
     from runner.command import show
 
-    raise typer.Exit(show(model, parameters))
+    raise typer.Exit(show(name, parameters, into))
 
 
 @app.command("verify")

@@ -54,6 +54,10 @@ class Drafts:
         slopes = {"linear": linear} if linear else {"jacobian": self._jacobian()}
         return {"mass": self._mass(), "energy": self._energy(), "outputs": self._outputs(), **slopes}
 
+    def positions(self) -> Draft:
+        """Where the inputs that have a position act; read from the parameters, once a run."""
+        return Draft(self.parameter_assignments, _vector("values", self._equations.positions.values()))
+
     @cached_property
     def _definitions(self) -> list[Assignment]:
         return list(self._equations.definitions.expressions.items())

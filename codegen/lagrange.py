@@ -25,6 +25,7 @@ class Equations:
     Per coordinate: gyroscopic (what d/dt(dL/dqdot) - dT/dq leaves beside M qddot), conservative (dPi/dq), dissipative
     (dPhi/dqdot), applied (Q); forces f = applied - dissipative - conservative - gyroscopic.
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
+    positions: name of an input that has a position -> its position.
     """
 
     system: System
@@ -47,6 +48,7 @@ class Equations:
     dissipated_power: Any
     input_power: Any
     outputs: Vector
+    positions: Mapping[str, Any]
 
     @property
     def forces(self) -> Vector:
@@ -109,6 +111,11 @@ def derive(system: System) -> Equations:
         dissipated_power=_dot(v, dissipative),
         input_power=motion.input_power(kinetic, potential, momenta, mass, applied, system),
         outputs=tuple(convert(f"output {o.symbol}", o.expression) for o in system.output_expressions),
+        positions={
+            str(channel.symbol): convert(f"the position of {channel.symbol}", channel.position)
+            for channel in system.inputs
+            if channel.position is not None
+        },
     )
 
 

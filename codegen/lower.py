@@ -1,7 +1,7 @@
 """From derived equations to kernels: `lower` gives the `Program` that the templates write down."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from codegen.constants import hoist
@@ -42,7 +42,10 @@ def lower(equations: Equations) -> Program:
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
     if "linear" in others:
         others["jacobian"] = _state_matrix(others["linear"])
-    return _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments)
+    program = _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments)
+    if not equations.positions:
+        return program
+    return replace(program, kernels={**program.kernels, "positions": lowering.positions()})
 
 
 def lower_rhs(equations: Equations) -> Kernel:
@@ -79,6 +82,12 @@ class _Lowering:
         temporaries = tuple(item for item in draft.temporaries if item[0] not in self.reads)
         known = {expression: symbol for symbol, expression in self.assignments}
         return optimize(Kernel(self.reads, temporaries, draft.writes), self.author, known, self.names.copy())
+
+    def positions(self) -> Kernel:
+        """Where inputs act: read from the parameters alone, before there are constants."""
+        draft = self.drafts.positions()
+        kernel = Kernel(self.parameters, draft.temporaries, draft.writes)
+        return optimize(kernel, self.author, {}, self.names.copy())
 
     def _assign(self, constants: tuple[Assignment, ...]) -> None:
         self.assignments += constants

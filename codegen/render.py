@@ -22,6 +22,7 @@ _HEADS = {
         "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
     ),
     "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
+    "positions": (("parameters", "values"), "Positions of the inputs in POSITION, m ahead of the model's origin."),
     "linear": (
         ("constants", "state_matrix", "input_matrix"),
         "A and B of rhs = A state + B [inputs, 1].",
@@ -55,6 +56,7 @@ def module(program: Program, source: str) -> str:
             state=_state_table(program),
             inputs=_input_table(program),
             rhs_inputs=program.rhs_channels,
+            positions=list(equations.positions),
             outputs=[(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions],
             parameters=[(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters],
             parameter_sets={
@@ -107,7 +109,7 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
 def _unpacked(program: Program, name: str, kernel: Kernel) -> Iterable[str]:
     """Lines that read what the kernel uses, in the order of the arguments' entries."""
     slots = dict(program.slots)
-    if name == "constants":
+    if "parameters" in _HEADS[name][0]:
         slots = {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(program.equations.parameters)}
     read = kernel.used & kernel.reads
     return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in read and slot.index]

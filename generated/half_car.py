@@ -30,6 +30,12 @@ INPUT = (
 )
 RHS_INPUTS = 2
 
+# inputs that act at a place along the way of travel, in the order of `positions`
+POSITION = (
+    "w_f",
+    "w_r",
+)
+
 # name, unit, meaning
 OUTPUT = (
     ("heave_acceleration", "m/s^2", "heave acceleration of the body"),
@@ -334,6 +340,16 @@ def outputs(t, state, inputs, constants, values):
     values[3] = delta_r
     values[4] = k_tf * (w_f - z_f)
     values[5] = k_tr * (w_r - z_r)
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def positions(parameters, values):
+    """Positions of the inputs in POSITION, m ahead of the model's origin."""
+    a_f = parameters[10]
+    a_r = parameters[11]
+
+    values[0] = a_f
+    values[1] = -a_r
 
 
 @njit(cache=True, fastmath={"contract", "nsz"})

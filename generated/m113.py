@@ -43,6 +43,15 @@ INPUT = (
 )
 RHS_INPUTS = 6
 
+# inputs that act at a place along the way of travel, in the order of `positions`
+POSITION = (
+    "z_1",
+    "z_2",
+    "z_3",
+    "z_4",
+    "z_5",
+)
+
 # name, unit, meaning
 OUTPUT = (
     ("heave", "m", "heave of the hull"),
@@ -668,6 +677,31 @@ def outputs(t, state, inputs, constants, values):
     values[12] = k_3 * (z_3 - q_3)
     values[13] = k_4 * (z_4 - q_4)
     values[14] = k_5 * (z_5 - q_5)
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def positions(parameters, values):
+    """Positions of the inputs in POSITION, m ahead of the model's origin."""
+    l_1 = parameters[19]
+    l_2 = parameters[20]
+    l_3 = parameters[21]
+    l_4 = parameters[22]
+    l_5 = parameters[23]
+    l_6 = parameters[24]
+
+    tmp_1 = l_3 + l_4
+    l_11 = l_1 - tmp_1 - l_2
+    a_1 = -tmp_1 - l_11
+    a_2 = -l_11 - l_4
+    a_3 = -l_11
+    a_4 = l_5 - l_11
+    a_5 = a_4 + l_6
+
+    values[0] = -a_1
+    values[1] = -a_2
+    values[2] = -a_3
+    values[3] = -a_4
+    values[4] = -a_5
 
 
 @njit(cache=True, fastmath={"contract", "nsz"})

@@ -24,6 +24,9 @@ INPUT = (
 )
 RHS_INPUTS = 1
 
+# inputs that act at a place along the way of travel, in the order of `positions`
+POSITION = ("z_r",)
+
 # name, unit, meaning
 OUTPUT = (
     ("body_acceleration", "m/s^2", "acceleration of the sprung mass"),
@@ -182,6 +185,12 @@ def outputs(t, state, inputs, constants, values):
     values[0] = inverse_m_s * (-k_s * delta_s - c_s * deltadot_s)
     values[1] = delta_s
     values[2] = k_t * (z_r - z_u)
+
+
+@njit(cache=True, fastmath={"contract", "nsz"})
+def positions(parameters, values):
+    """Positions of the inputs in POSITION, m ahead of the model's origin."""
+    values[0] = 0.0
 
 
 @njit(cache=True, fastmath={"contract", "nsz"})

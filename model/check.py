@@ -19,7 +19,13 @@ Named = tuple[str, Symbol]
 
 def problems(system: "System") -> list[str]:
     """Every reason to refuse a system; later checks run only where the earlier ones passed."""
-    stages = ((_symbols_given,), (_types,), (_names, _texts, _numbers), (_expressions, _order), (_unused, _inertia))
+    stages = (
+        (_symbols_given,),
+        (_types,),
+        (_names, _texts, _numbers),
+        (_expressions, _order),
+        (_unused, _fixed_positions, _inertia),
+    )
     for checks in stages:
         found = [message for check in checks for message in check(system)]
         if found:
@@ -53,6 +59,14 @@ def expressions(system: "System") -> Iterator[tuple[str, Any]]:
     for symbol, force in system.generalized_forces.items():
         yield f"generalized force of {symbol}", force
     yield from ((f"quantity {quantity.symbol}", quantity.expression) for quantity in system.quantities)
+    yield from positions(system)
+
+
+def positions(system: "System") -> Iterator[tuple[str, Any]]:
+    """(place, expression) of the inputs that have a position."""
+    for channel in system.inputs:
+        if channel.position is not None:
+            yield f"position of {channel.symbol}", channel.position
 
 
 def _symbols_given(system: "System") -> Iterator[str]:
@@ -125,6 +139,16 @@ def _expressions(system: "System") -> Iterator[str]:
         yield from _unknown_symbols(place, expression, known - accelerations)
     for output in system.outputs:
         yield from _unknown_symbols(f"output {output.symbol}", output.expression, known)
+
+
+def _fixed_positions(system: "System") -> Iterator[str]:
+    fixed = {parameter.symbol for parameter in system.parameters}
+    for symbol, expression in system.definitions.items():
+        if _symbols(expression) <= fixed:
+            fixed.add(symbol)
+    for place, expression in positions(system):
+        for symbol in sorted(_symbols(expression) - fixed, key=str):
+            yield f"{place} depends on {symbol}, which moves; it may depend on parameters alone"
 
 
 def _unknown_symbols(place: str, expression: Any, known: set[Symbol]) -> Iterator[str]:

@@ -39,8 +39,8 @@ def system() -> System:
             Parameter(a_r, 1.5, "m", "centre of mass to the rear axle"),
         ),
         inputs=(
-            Input(w_f, "m", "road height under the front wheel"),
-            Input(w_r, "m", "road height under the rear wheel"),
+            Input(w_f, "m", "road height under the front wheel", position=a_f),
+            Input(w_r, "m", "road height under the rear wheel", position=-a_r),
         ),
         quantities=(front, rear),
         kinetic_energy=half * (m_b * zdot_b**2 + i_b * thetadot**2 + m_f * zdot_f**2 + m_r * zdot_r**2),

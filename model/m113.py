@@ -54,7 +54,7 @@ def system() -> System:
             Parameter(g, 9.81, "m/s^2", "acceleration of gravity"),
         ),
         inputs=(
-            *(Input(z[i - 1], "m", f"road height under axle {i}") for i in AXLES),
+            *(Input(z[i - 1], "m", f"road height under axle {i}", position=-a[i - 1]) for i in AXLES),
             Input(f, "N", "recoil force of the gun"),
         ),
         quantities=(

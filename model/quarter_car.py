@@ -28,7 +28,7 @@ def system() -> System:
             Parameter(k_t, 1.6e5, "N/m", "tyre stiffness"),
             Parameter(c_s, 1000.0, "N s/m", "suspension damping"),
         ),
-        inputs=(Input(z_r, "m", "road height"),),
+        inputs=(Input(z_r, "m", "road height", position=0),),
         quantities=(deflection,),
         kinetic_energy=half * m_s * zdot_s**2 + half * m_u * zdot_u**2,
         potential_energy=half * k_s * delta_s**2 + half * k_t * (z_u - z_r) ** 2,

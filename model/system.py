@@ -51,12 +51,17 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """A prescribed function of time; `rate` names its time derivative (default: the dotted name, z_1 -> zdot_1)."""
+    """A prescribed function of time; `rate` names its time derivative (default: the dotted name, z_1 -> zdot_1).
+
+    position: where along the way of travel it acts, in m ahead of the model's origin, in parameters and quantities made
+    of them alone. Inputs that have one can read one road, each at its own time.
+    """
 
     symbol: Symbol
     unit: str
     meaning: str
     rate_symbol: Symbol | None = None
+    position: Expr | float | None = None
 
     @property
     def rate(self) -> Symbol:

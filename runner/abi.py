@@ -9,6 +9,7 @@ Symbols: x = [q, qdot] is the state, u the inputs (and the input rates a model n
     mass(t, x, u, c, M)             M (n_coordinates, n_coordinates)
     energy(t, x, u, c, E)           E (4,)  kinetic, potential, dissipated power, power put in
     outputs(t, x, u, c, y)          y (n_outputs,)
+    positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
     linear(c, A, B)                 A (n_states, n_states)  B (n_states, n_inputs + 1): dx = A x + B [u, 1]
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
@@ -30,6 +31,7 @@ SIGNATURES = {
     "mass": MATRIX_KERNEL,
     "energy": VECTOR_KERNEL,
     "outputs": VECTOR_KERNEL,
+    "positions": types.void(VECTOR, VECTOR),
     "linear": types.void(VECTOR, MATRIX, MATRIX),
 }
 

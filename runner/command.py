@@ -13,12 +13,14 @@ from runner.report.curves import Curves, curves
 from runner.report.progress import late_bar
 from runner.report.tables import methods, modal_table, model_tables, statistics, summary
 from runner.solution import Solution
+from runner.study.library import SHIPPED, entries
 from runner.study.read import StudyError, read
 from runner.study.run import run
 from runner.study.schema import Study
+from runner.study.show import show_inputs
 
 STUDIES = Path(__file__).parent.parent / "studies"
-CATALOGUES = ("models", "studies", "methods")
+CATALOGUES = ("models", "studies", "library", "methods")
 
 
 def run_and_write(path: Path, into: Path, drawing: Drawing | None) -> int:
@@ -57,7 +59,7 @@ def _curves(study: Study, solution: Solution, path: Path, title: str) -> Curves:
 
 
 def catalogue(what: str) -> int:
-    """List models, studies, methods, or all of them."""
+    """List models, studies, the library's guns and roads, methods, or all of them."""
     if what not in ("all", *CATALOGUES):
         raise ValueError(unknown("list", what, CATALOGUES))
     console = Console()
@@ -69,13 +71,19 @@ def catalogue(what: str) -> int:
         console.print("[bold]Studies[/bold]")
         for path in sorted(STUDIES.glob("*.toml")):
             console.print(f"  studies/{path.name}", highlight=False)
+    if what in ("all", "library"):
+        console.print("[bold]Library[/bold]")
+        for name, entry in sorted(entries(SHIPPED).items()):
+            console.print(f"  {name:18}{entry['title']}", highlight=False)
     if what in ("all", "methods"):
         console.print("[bold]Methods[/bold]", methods())
     return 0
 
 
-def show(name: str, parameters: str | None) -> int:
-    """Show a model's tables and, for one or each of its parameter sets, the static equilibrium and the modes."""
+def show(name: str, parameters: str | None, into: Path) -> int:
+    """Show a study's inputs; or a model's tables and, with one or each of its parameter sets, equilibrium and modes."""
+    if Path(name).suffix == ".toml":
+        return show_inputs(Path(name), into)
     console = Console()
     model = load(name)
     kind = "linear" if model.tables.linear else "nonlinear"

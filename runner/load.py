@@ -1,5 +1,6 @@
 """Loading a generated model. Everything about it is checked at this wall, once; the loops check nothing."""
 
+import contextlib
 import hashlib
 import importlib
 import importlib.util
@@ -98,6 +99,18 @@ class Model:
             value = c[names.index(name)]
             raise ValueError(f"model {self.name}: constant {name} is {value}{self._zeros(p, name)}")
         return c
+
+    def positions(self, p: NDArray[np.float64]) -> dict[str, float]:
+        """Where the inputs that have a position act for parameters p: name -> m ahead of the model's origin."""
+        names = self.tables.positioned
+        places = np.full(len(names), np.nan)
+        with contextlib.suppress(ZeroDivisionError):
+            if names:  # a few sums, once a run: compiling them would take longer than all runs together
+                self.module.positions.py_func(np.asarray(p, dtype=np.float64), places)
+        if not np.isfinite(places).all():
+            name = names[int(np.argmin(np.isfinite(places)))]
+            raise ValueError(f"model {self.name}: the position of {name} is not finite{self._zeros(p, name)}")
+        return dict(zip(names, places.tolist(), strict=True))
 
     def state(self, values: Mapping[str, float] | ArrayLike) -> NDArray[np.float64]:
         """A state x (n_states,), from an array or by name (the others are 0), checked to be finite."""

@@ -48,13 +48,17 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Tables:
-    """What a generated module says about its model. states: coordinates, then their velocities in the same order."""
+    """What a generated module says about its model. states: coordinates, then their velocities in the same order.
+
+    positioned: inputs that act at a place along the way of travel, in the order of the kernel `positions`.
+    """
 
     name: str
     title: str
     states: tuple[Quantity, ...]
     inputs: tuple[Channel, ...]
     rhs_inputs: int
+    positioned: tuple[str, ...]
     outputs: tuple[Quantity, ...]
     parameters: tuple[Parameter, ...]
     parameter_sets: dict[str, dict[str, float]] = field(hash=False)
@@ -71,6 +75,7 @@ def read_tables(module: ModuleType) -> Tables:
         states=_records(module, "STATE", Quantity, (str, str, str)),
         inputs=_records(module, "INPUT", Channel, (str, str, str, str)),
         rhs_inputs=_entry(module, "RHS_INPUTS", int),
+        positioned=tuple(_entry(module, "POSITION", (tuple, list))) if hasattr(module, "POSITION") else (),
         outputs=_records(module, "OUTPUT", Quantity, (str, str, str)),
         parameters=_records(module, "PARAMETER", Parameter, (str, (int, float), str, str)),
         parameter_sets=_entry(module, "PARAMETER_SETS", dict),
@@ -121,6 +126,9 @@ def _check_names(module: ModuleType, tables: Tables) -> None:
     for channel in tables.inputs:
         if channel.rate_of and channel.rate_of not in values:
             raise _fail(module, f"INPUT {channel.name} is the rate of {channel.rate_of!r}, which is no input")
+    for name in tables.positioned:
+        if name not in values:
+            raise _fail(module, f"POSITION names {name!r}, which is no input")
     for key, overrides in tables.parameter_sets.items():
         for name in overrides:
             if name not in names:
@@ -141,7 +149,7 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
     for name, signature in abi.SIGNATURES.items():
-        if name == "linear" and not tables.linear:
+        if (name == "linear" and not tables.linear) or (name == "positions" and not tables.positioned):
             continue
         kernel = getattr(module, name, None)
         if not isinstance(kernel, Dispatcher):

@@ -58,7 +58,7 @@ def test_an_unknown_name_in_the_figure_is_named(tmp_path):
 def test_lists():
     done = qddot("list")
     assert done.returncode == 0
-    for word in ("m113", "chain", "studies/one_shot.toml", "rk4", "heun"):
+    for word in ("m113", "chain", "studies/one_shot.toml", "gun_30mm", "frozen_plough", "rk4", "heun"):
         assert word in done.stdout
     wrong = qddot("list", "model")
     assert wrong.returncode == 2
@@ -70,6 +70,13 @@ def test_show_gives_the_papers_periods():
     assert done.returncode == 0, done.stderr
     for period in ("1.848", "1.081", "2.012", "1.115"):
         assert period in done.stdout
+
+
+def test_show_of_a_study_prints_and_draws_its_inputs(tmp_path):
+    done = qddot("show", ROOT / "studies" / "terrain_run.toml", "--into", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "road: iso8608, read from -2.98 m to 55.22 m; Gd(n0) = 0.0259 m^3, class F" in done.stdout
+    assert (tmp_path / "terrain_run_inputs.png").exists()
 
 
 def test_show_of_a_model_without_an_isolated_equilibrium_says_so():
@@ -86,7 +93,9 @@ def test_equations_are_printed_and_written(tmp_path):
     assert r"\ddot{z}_{s}" in (tmp_path / "quarter_car.tex").read_text()
 
 
-@pytest.mark.parametrize("arguments", [["run", "none.toml"], ["show", "m13"], ["run", "/"], ["equations", "m13"]])
+@pytest.mark.parametrize(
+    "arguments", [["run", "none.toml"], ["show", "m13"], ["show", "none.toml"], ["run", "/"], ["equations", "m13"]]
+)
 def test_bad_arguments_end_in_one_message(tmp_path, arguments):
     done = qddot(*arguments, cwd=tmp_path)
     assert done.returncode == 2

@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from runner.inputs.csv_table import table_from_csv
+from runner.inputs.tables import resampled
 
 
 @pytest.fixture
@@ -68,11 +71,46 @@ def test_angles_become_radians(written):
         ("t [s],F [foo]\n0,0\n1,0\n", {}, r"column 'F': unknown unit \[foo\]"),
         ("t [s],F [kN]\n0,0\n1,0\n", {"value_unit": "N"}, r"the heading says \[kN\], declared is \[N\]"),
         (b"t,F\n0,\xff\xfe\n", {}, "recoil.csv: not UTF-8 text"),
+        ("t,F\n0,0\n1,0\n".encode("utf-16"), {}, "recoil.csv: not UTF-8 text .*save it as UTF-8"),
+        ("t,F\n0,0,0,0\n0,5,2,5\n", {}, "line 2: 4 columns where the heading has 2; .*decimal commas need ; or tabs"),
+        ("t [m],F [kN]\n0,0\n1,0\n", {}, r"column 't': \[m\] cannot be turned into \[s\]"),
+        ("t,F\nnan,0\n1,0\n", {}, "recoil.csv, line 2: time is nan, expected a finite number"),
+        ("t,F\n0,inf\n1,0\n", {}, "recoil.csv, line 2: value is inf"),
+        ("t F\n0 0\n1 0\n", {}, "line 2, column 't F': '0 0' is not a number"),
+        ("t,F\n0,0\n1,0\n", {"value": 2}, "line 2: no column '2'; the line has 2 of 3 columns"),
+        ("t,F\n0,0\n1,0\n", {"value": -1}, "column -1: columns are counted from 0"),
+        ("t,F\n0,0\n1,0\n", {"resample": 0.0}, "resample is 0.0, expected a spacing greater than 0"),
+        ("t,F\n0,0\n1,0\n", {"resample": 1e-12}, "resample is 1e-12: that is more than 10000000 samples"),
+        ("t,F\n0,0\n2,0\n1,0\n", {"resample": 0.1}, "recoil.csv, line 4: time 1.0 is before that of"),
+        (
+            "x [m],z [mm]\n0,0\n0,1\n",
+            {"argument": ("distance", "m")},
+            "line 3: distance 0.0 repeats .*distances must rise",
+        ),
     ],
 )
 def test_bad_file_is_named_with_line_and_column(written, content, arguments, message):
     with pytest.raises(ValueError, match=message):
         table_from_csv(written(content), **arguments)
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 1.0), st.floats(-1e3, 1e3)), min_size=2, max_size=30), st.floats(0.005, 3.0))
+@settings(deadline=None)
+def test_resampling_keeps_the_integral_and_the_range(steps, spacing):
+    t, values = np.cumsum([step for step, _ in steps]), np.array([value for _, value in steps])
+    even, means = resampled(t, values, spacing)
+    assert (even[0], even[-1]) == (t[0], t[-1])
+    assert np.diff(even).max() <= spacing * (1 + 1e-9)
+    assert np.trapezoid(means, even) == pytest.approx(np.trapezoid(values, t), rel=1e-9, abs=1e-9)
+    assert values.min() - 1e-6 <= means.min() <= means.max() <= values.max() + 1e-6
+
+
+def test_a_file_is_resampled_only_when_asked(written):
+    rows = "".join(f"{i / 1000},{np.sin(i / 100)}\n" for i in range(1001))
+    assert len(table_from_csv(written(rows)).pieces) == 1002
+    coarse = table_from_csv(written(rows), resample=0.01)
+    assert len(coarse.pieces) == 102
+    np.testing.assert_allclose(coarse([0.2, 0.5]), np.sin([2.0, 5.0]), atol=1e-3)
 
 
 def test_missing_file_is_named(tmp_path):

@@ -156,3 +156,17 @@ def test_outputs_are_their_expressions(system, kernels, points):
             kernels.outputs.py_func(time, x, u, c, y)
             expected = reference([*values_of(point), *accelerations(kernels, point)])
             assert y[index] == pytest.approx(expected, rel=1e-11, abs=1e-12)
+
+
+def test_positions_are_their_expressions(system, kernels, points):
+    placed = {channel.symbol.name: channel.position for channel in system.inputs if channel.position is not None}
+    assert getattr(kernels, "POSITION", ()) == tuple(placed)
+    if not placed:
+        assert not hasattr(kernels, "positions")
+        return
+    parameters = [parameter.symbol for parameter in system.parameters]
+    reference = sympy.lambdify([parameters], [plain(system, place) for place in placed.values()], modules="math")
+    for _, _, _, p, _ in points[:5]:
+        found = np.empty(len(placed))
+        kernels.positions.py_func(p, found)
+        assert found == pytest.approx(reference(p), rel=1e-12, abs=1e-12)

@@ -51,6 +51,8 @@ def test_missing_file_is_named():
         ('"weightless": {"g"', '"weightless": {"gg"', r"PARAMETER_SETS\['weightless'\] sets 'gg'"),
         ('("zdot_1", "z_1"', '("zdot_1", "y_1"', "INPUT zdot_1 is the rate of 'y_1', which is no input"),
         ("RHS_INPUTS = 3", "RHS_INPUTS = 4", "RHS_INPUTS is 4, but INPUT has 3 rows"),
+        ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_2",)', "POSITION names 'z_2', which is no input"),
+        ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_1",)', "kernel 'positions' is missing"),
         ('"constant"', '"dense"', "MASS_MATRIX is 'dense', expected one of constant"),
         ("def mass(", "def masses(", "kernel 'mass' is missing or not compiled by numba"),
         ("def mass(t, x, u, c, M)", "def mass(t, x, c, M)", "kernel 'mass' takes 4 arguments, expected 5"),
@@ -118,6 +120,15 @@ def test_wrong_parameter_is_named(oscillator, parameters, message):
 def test_constants_are_those_of_the_parameters(oscillator):
     c = oscillator.constants(oscillator.parameter_values({"m_1": 4.0}))
     assert c.tolist() == [50.0, 1.5, 9.81, 4.0, 0.25]
+
+
+def test_positions_follow_the_geometry():
+    model = load("m113")
+    places = model.positions(model.parameter_values("as_run_unloaded"))
+    assert places == pytest.approx({"z_1": 1.66, "z_2": 1.0, "z_3": 0.34, "z_4": -0.32, "z_5": -0.98})
+    longer = model.positions(model.parameter_values(("as_run_unloaded", {"l_6": 1.0})))
+    assert longer["z_5"] == pytest.approx(-1.32)
+    assert load("pendulum").positions(load("pendulum").parameter_values()) == {}
 
 
 def test_zero_mass_is_named(oscillator):

@@ -66,6 +66,15 @@ BAD = {
     ),
     "unused input": ({"generalized_forces": {}}, "input F is used nowhere"),
     "unused quantity": ({"quantities": [Quantity(s, 2 * x, "m", "stretch")]}, "quantity s is used nowhere"),
+    "undeclared symbol in a position": (
+        {"inputs": [Input(f, "N", "force", position=Symbol("kk"))]},
+        "position of F uses kk, which is not declared; did you mean k?",
+    ),
+    "moving position": (
+        {"inputs": [Input(f, "N", "force", position=s)], "quantities": [Quantity(s, k + x, "m", "place")]},
+        "position of F depends on s, which moves; it may depend on parameters alone",
+    ),
+    "no position": ({"inputs": [Input(f, "N", "force", position="front")]}, "position of F is a str"),
     "no identifier": (
         {"parameters": [*GOOD.parameters, Parameter(Symbol("1k"), 1.0, "N/m", "stiffness")]},
         "parameter '1k' is not a valid identifier",

@@ -3,17 +3,20 @@
 import csv
 import io
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.checks import unknown
+from runner.checks import finite, unknown
 from runner.inputs.signal import Signal
-from runner.inputs.tables import table_at
+from runner.inputs.tables import resampled, table_at
 
 #: Delimiters in the order of preference: a file with semicolons or tabs may have decimal commas.
 DELIMITERS = (";", "\t", ",")
+#: Most samples of a table that is resampled.
+MOST_SAMPLES = 10_000_000
 #: A heading such as `force [kN]` or `force (kN)`.
 HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*$")
 
@@ -27,22 +30,61 @@ def table_from_csv(
     value_unit: str | None = None,
     unit: str | None = None,
     kind: str = "linear",
+    resample: float | None = None,
+    argument: tuple[str, str] = ("time", "s"),
 ) -> Signal:
     """A table from two columns of a CSV file, given by heading or by place from 0.
 
     Delimiter `;`, tab or `,`; with the first two numbers may have decimal commas. Lines that start with # are comments.
     A unit stands in the heading, `force [kN]`, or is declared by time_unit and value_unit. Times become s; values
     become `unit`, or SI base units where it is not given; columns without a unit are taken as they are.
-    Raises ValueError naming file, line and column.
+    resample: see `samples_from_csv`; by default every row stays. argument: what the first column is, and its unit: a
+    road's is ("distance", "m"). Raises ValueError naming file, line and column.
+    """
+    t, values, place = samples_from_csv(path, time, value, time_unit, value_unit, unit, resample, argument)
+    return table_at(t, values, kind, None, place, argument[0])
+
+
+def samples_from_csv(
+    path: str | Path,
+    time: str | int = 0,
+    value: str | int = 1,
+    time_unit: str | None = None,
+    value_unit: str | None = None,
+    unit: str | None = None,
+    resample: float | None = None,
+    argument: tuple[str, str] = ("time", "s"),
+) -> tuple[NDArray[np.float64], NDArray[np.float64], Callable[[int], str]]:
+    """Arguments, values and the function that names the place of a row, checked; otherwise as `table_from_csv`.
+
+    resample: a spacing at which to take means of the rows' lines, which keep the integral.
     """
     path = Path(path)
     rows = _rows(path)
     heading = [] if all(_is_number(cell) for cell in rows[0][1]) else [_heading(cell) for cell in rows.pop(0)[1]]
     if len(rows) < 2:
         raise ValueError(f"{path}: {len(rows)} rows of numbers; a table needs two or more")
-    times = _column(path, rows, heading, time, time_unit, "s")
+    _check_widths(path, rows, heading)
+    times = _column(path, rows, heading, time, time_unit, argument[1])
     values = _column(path, rows, heading, value, value_unit, unit)
-    return table_at(times, values, kind, None, lambda i: f"{path}, line {rows[i][0]}")
+    if resample is None:
+        return times, values, lambda i: f"{path}, line {rows[i][0]}"
+    if not finite("resample", resample) > 0:
+        raise ValueError(f"resample is {resample}, expected a spacing greater than 0")
+    table_at(times, values, "linear", None, lambda i: f"{path}, line {rows[i][0]}", argument[0])
+    if times[-1] - times[0] > MOST_SAMPLES * resample:
+        raise ValueError(f"{path}: resample is {resample:g}: that is more than {MOST_SAMPLES} samples")
+    return *resampled(times, values, resample), lambda i: f"{path}, resampled at {resample}, sample {i}"
+
+
+def _check_widths(path: Path, rows: list[tuple[int, list[str]]], heading: list[tuple[str, str | None]]) -> None:
+    """A row wider than the heading is most often one with decimal commas between commas."""
+    for line, row in rows if heading else ():
+        if len(row) > len(heading) and any(row[len(heading) :]):
+            raise ValueError(
+                f"{path}, line {line}: {len(row)} columns where the heading has {len(heading)}; "
+                "numbers with decimal commas need ; or tabs between the columns"
+            )
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -1,15 +1,18 @@
 """Signals from formulas: constant, sine, pulse trains."""
 
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from runner.checks import finite, unknown
-from runner.inputs.signal import AMPLITUDE, C0, C1, FREQUENCY, PHASE, START, Signal
+from runner.inputs.pulses import SAME_EDGE, Pulse, Vector, sized, start_times, train
+from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
-#: Pulse edges closer than this part of a duration are one edge.
-SAME_EDGE = 1e-9
+#: A decaying pulse lasts until the plain exponential would have fallen to this part of the peak.
+DECAY = 0.01
+#: Cubics that make up a decaying pulse: they differ from it by less than 1e-6 of the peak.
+DECAY_PIECES = 40
 
 
 def constant(value: float) -> Signal:
@@ -29,36 +32,53 @@ def sine(amplitude: float, frequency: float, phase: float = 0.0, mean: float = 0
     return Signal(pieces, np.empty(0))
 
 
-class Segment(NamedTuple):
-    """A part of a pulse of duration 1 and peak 1: from start to end it is value + slope*s + amplitude*sin(pi*s)."""
-
-    start: float
-    end: float
-    value: float = 0.0
-    slope: float = 0.0
-    amplitude: float = 0.0
-
-
-def _half_sine(rise: float) -> tuple[Segment, ...]:
-    return (Segment(0.0, 1.0, amplitude=1.0),)
+def hermite(starts: Vector, ends: Vector, values: Vector, slopes: Vector) -> Vector:
+    """Pieces (n, 8) from starts to ends (n,): cubics with these values (n, 2) and slopes (n, 2) at both."""
+    pieces = np.zeros((len(starts), 8))
+    h = ends - starts
+    chord = (values[:, 1] - values[:, 0]) / h
+    pieces[:, START], pieces[:, C0], pieces[:, C1] = starts, values[:, 0], slopes[:, 0]
+    pieces[:, C2] = (3 * chord - 2 * slopes[:, 0] - slopes[:, 1]) / h
+    pieces[:, C3] = (slopes[:, 0] + slopes[:, 1] - 2 * chord) / h**2
+    return pieces
 
 
-def _triangle(rise: float) -> tuple[Segment, ...]:
+def _half_sine(rise: float) -> Pulse:
+    pieces = np.zeros((1, 8))
+    pieces[0, AMPLITUDE], pieces[0, FREQUENCY] = 1.0, np.pi
+    return Pulse(pieces, np.array([0.0, 1.0]), 1.0)
+
+
+def _triangle(rise: float) -> Pulse:
     return _trapezoid(0.5)
 
 
-def _trapezoid(rise: float) -> tuple[Segment, ...]:
+def _trapezoid(rise: float) -> Pulse:
     rise = rise if rise > SAME_EDGE else 0.0
-    ramp = 1.0 / rise if rise else 0.0
-    parts = (
-        Segment(0.0, rise, slope=ramp),
-        Segment(rise, 1.0 - rise, value=1.0),
-        Segment(1.0 - rise, 1.0, value=1.0, slope=-ramp),
-    )
-    return tuple(part for part in parts if part.end > part.start)
+    edges = np.array([0.0, rise, 1.0 - rise, 1.0])
+    slopes = np.array([1 / rise, 0.0, -1 / rise]) if rise else np.zeros(3)
+    parts = np.diff(edges) > 0
+    pieces = np.zeros((parts.sum(), 8))
+    pieces[:, START] = edges[:-1][parts]
+    pieces[:, C0] = np.array([0.0, 1.0, 1.0])[parts]
+    pieces[:, C1] = slopes[parts]
+    return Pulse(pieces, np.unique(edges), 1.0)
 
 
-SHAPES = {"half_sine": _half_sine, "triangle": _triangle, "trapezoid": _trapezoid}
+def _decay(rise: float) -> Pulse:
+    """(exp(-k s) - DECAY) / (1 - DECAY) with exp(-k) = DECAY: from 1 to 0, without a jump at the end."""
+    k, s = -np.log(DECAY), np.linspace(0.0, 1.0, DECAY_PIECES + 1)
+    values, slopes = (np.exp(-k * s) - DECAY) / (1 - DECAY), -k * np.exp(-k * s) / (1 - DECAY)
+    pieces = hermite(s[:-1], s[1:], np.stack([values[:-1], values[1:]], 1), np.stack([slopes[:-1], slopes[1:]], 1))
+    return Pulse(pieces, np.array([0.0, 1.0]), 1.0)
+
+
+SHAPES: dict[str, Callable[[float], Pulse]] = {
+    "half_sine": _half_sine,
+    "triangle": _triangle,
+    "trapezoid": _trapezoid,
+    "exponential": _decay,
+}
 
 
 def pulse_train(
@@ -72,65 +92,15 @@ def pulse_train(
 ) -> Signal:
     """Equal pulses that start at `times` (n,), zero between them; where pulses overlap, they add up.
 
-    shape: "half_sine", "triangle" or "trapezoid" (`rise`: the part of the duration that each ramp takes, 0 to 0.5; at 0
-    it is a rectangle). Any two of peak, duration (s) and impulse = integral of one pulse give the third.
+    shape: "half_sine", "triangle", "trapezoid" (`rise`: the part of the duration that each ramp takes, 0 to 0.5; at 0
+    it is a rectangle) or "exponential" (a jump to the peak, then peak (e^(-ks) - e^(-k)) / (1 - e^(-k)) with s = time
+    since the start / duration and e^(-k) = 0.01: it reaches 0 at its duration, 4.6 time constants after the jump). Any
+    two of peak, duration (s) and impulse = integral of one pulse give the third.
     Raises ValueError naming the argument.
     """
     if shape not in SHAPES:
         raise ValueError(unknown("pulse shape", shape, SHAPES))
     if not 0 <= finite("rise", rise) <= 0.5:
         raise ValueError(f"rise is {rise}, expected a part of the duration from 0 to 0.5")
-    starts = np.sort(np.atleast_1d(np.asarray(times, dtype=np.float64)))
-    if starts.ndim != 1 or starts.size == 0 or not np.isfinite(starts).all():
-        raise ValueError(f"times is {times!r}, expected one or more finite times at which pulses start")
-    segments = SHAPES[shape](rise)
-    peak, duration = _peak_and_duration(peak, duration, impulse, _area(segments))
-    return _superposed(segments, starts, peak, duration)
-
-
-def _area(segments: tuple[Segment, ...]) -> float:
-    lengths = np.array([part.end - part.start for part in segments])
-    values = np.array([part.value for part in segments]) + 0.5 * lengths * [part.slope for part in segments]
-    return float(values @ lengths + 2 / np.pi * sum(part.amplitude for part in segments))
-
-
-def _peak_and_duration(
-    peak: float | None, duration: float | None, impulse: float | None, area: float
-) -> tuple[float, float]:
-    """Peak and duration from any two of the three, where impulse = area * peak * duration."""
-    given = {"peak": peak, "duration": duration, "impulse": impulse}
-    known = {name: finite(name, value) for name, value in given.items() if value is not None}
-    if len(known) != 2:
-        found = " and ".join(known) or "none"
-        raise ValueError(f"a pulse needs two of peak, duration and impulse; given: {found}")
-    if known.get("duration", 1.0) <= 0:
-        raise ValueError(f"duration is {duration}, expected a time greater than 0")
-    if "peak" not in known:
-        return known["impulse"] / (area * known["duration"]), known["duration"]
-    if "duration" in known:
-        return known["peak"], known["duration"]
-    if known["impulse"] * known["peak"] <= 0:
-        raise ValueError(f"peak {peak} and impulse {impulse} must have the same sign and not vanish")
-    return known["peak"], known["impulse"] / (area * known["peak"])
-
-
-def _superposed(segments: tuple[Segment, ...], starts: NDArray[np.float64], peak: float, duration: float) -> Signal:
-    """The sum of the pulses. Sines of one frequency add up as phasors: an overlap of half-sines is exact, too."""
-    near = SAME_EDGE * duration
-    edges = np.unique(np.concatenate([starts + duration * at for part in segments for at in (part.start, part.end)]))
-    knots = edges[np.diff(edges, prepend=-np.inf) > near]
-    pieces = np.zeros((len(knots) + 1, 8))
-    pieces[0, START], pieces[1:, START] = knots[0] - duration, knots
-    phasors = np.zeros(len(pieces), dtype=np.complex128)
-    for part in segments:
-        begins = starts + duration * part.start
-        firsts = np.searchsorted(knots, begins - near) + 1
-        lasts = np.searchsorted(knots, starts + duration * part.end - near) + 1
-        for begin, start, first, last in zip(begins, starts, firsts, lasts, strict=True):
-            covered = slice(first, last)
-            pieces[covered, C0] += peak * (part.value + part.slope * (pieces[covered, START] - begin) / duration)
-            pieces[covered, C1] += peak * part.slope / duration
-            phasors[covered] += peak * part.amplitude * np.exp(1j * np.pi * (pieces[covered, START] - start) / duration)
-    pieces[:, AMPLITUDE], pieces[:, PHASE] = np.abs(phasors), np.angle(phasors)
-    pieces[:, FREQUENCY] = np.where(phasors != 0, np.pi / duration, 0.0)
-    return Signal(pieces, knots)
+    starts = start_times(times)
+    return train(sized(SHAPES[shape](rise), peak, duration, impulse), starts)

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -25,14 +26,26 @@ def draw(curves: "Curves", path: Path) -> Path:
         for curve, colour in zip(panel, COLOURS * len(panel), strict=False):
             axis.plot(curves.t, curve.values, color=colour, linewidth=1.2, label=curve.label)
         axis.set_ylabel(", ".join(dict.fromkeys(curve.unit for curve in panel)))
-        axis.grid(color="0.9", linewidth=0.6)
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.margins(x=0.0, y=0.15)
-        above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
-        axis.legend(**above, fontsize="small", frameon=False, ncols=min(3, len(panel)))
+        dress(axis, min(3, len(panel)))
     axes[-1].set_xlabel("t in s")
     figure.align_ylabels(axes)
     figure.suptitle(curves.title, fontsize="medium", y=1 - 0.1 / height, va="top")
+    return save(figure, path)
+
+
+def dress(axis: Axes, columns: int) -> None:
+    """A light grid, no box, and a legend of so many columns above."""
+    axis.grid(color="0.9", linewidth=0.6)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.margins(x=0.0, y=0.15)
+    corner = (1.0, 1.0)
+    axis.legend(
+        loc="lower right", bbox_to_anchor=corner, borderaxespad=0.0, fontsize="small", frameon=False, ncols=columns
+    )
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure (PNG, SVG or PDF by its suffix)."""
     FigureCanvasAgg(figure)
     with written_aside(path) as aside:
         suffix = path.suffix.removeprefix(".") or "png"

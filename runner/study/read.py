@@ -4,19 +4,14 @@ import re
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from runner.checks import unknown
-from runner.study.schema import ConstantInput, PulseInput, SineInput, Study, TableInput
-
-_KINDS: dict[str, type[BaseModel]] = {
-    "constant": ConstantInput,
-    "sine": SineInput,
-    "pulse_train": PulseInput,
-    "table": TableInput,
-}
+from runner.study.library import completed
+from runner.study.schema import Study
 
 
 class StudyError(ValueError):
@@ -32,9 +27,12 @@ def read(path: Path) -> Study:
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path}: {error}") from None
     try:
-        return Study.model_validate(tomllib.loads(text))
+        return Study.model_validate(completed(tomllib.loads(text), path))
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{path}: no valid TOML: {error}") from None
+    except KeyError as error:
+        key, message = error.args
+        raise StudyError(f"{place(path, key, text)}: {message}") from None
     except ValidationError as error:
         raise StudyError("\n".join(_describe(path, text, each) for each in error.errors())) from None
 
@@ -47,39 +45,64 @@ def place(path: Path, key: str, text: str | None = None) -> str:
 
 
 def _describe(path: Path, text: str, error: Any) -> str:
-    named = [str(part) for part in error["loc"]]
-    loc = [part for part in named if part not in _KINDS and not part.startswith(("dict[", "literal["))]
-    where = place(path, ".".join(loc), text) if loc else str(path)
+    table, key = _walk(error["loc"])
+    where = place(path, ".".join(key), text) if key else str(path)
+    kinds = _kinds(table)
     if error["type"] == "extra_forbidden":
-        return f"{where}: {unknown('key', loc[-1], _valid_keys(error['loc'][:-1]))}"
+        return f"{where}: {unknown('key', key[-1], _keys(table))}"
     if error["type"] == "missing":
-        return f"{where}: missing; {_meaning(error['loc'])}"
+        return f"{where}: missing; {' '.join((table.__doc__ or '').split())}"
     if error["type"] == "union_tag_not_found":
-        return f"{where}: missing kind; there are: {', '.join(_KINDS)}"
+        return f"{where}: missing kind; there are: {', '.join(kinds)}"
     if error["type"] == "union_tag_invalid":
-        return f"{where}.kind: {unknown('kind', error['ctx']['tag'], _KINDS)}"
+        return f"{where}.kind: {unknown('kind', error['ctx']['tag'], kinds)}"
     return f"{where}: {error['msg'][0].lower() + error['msg'][1:]}, found {error['input']!r}"
 
 
-def _valid_keys(loc: Iterable[str | int]) -> list[str]:
-    """The keys that are valid in the table at this place."""
-    return list(_table_at(loc).model_fields)
+def _walk(loc: Iterable[str | int]) -> tuple[Any, list[str]]:
+    """The innermost table, or union of tables, on the way to a place, and the place's key without pydantic's own words.
+
+    Pydantic's places name, after a table of several kinds, the kind; after a value of several types, the type.
+    """
+    table: Any = Study
+    key: list[str] = []
+    for part in map(str, loc):
+        kinds = _kinds(table)
+        if part in kinds:
+            table = kinds[part]
+        elif isinstance(table, type) and issubclass(table, BaseModel):
+            key.append(part)
+            inner = _inner(table.model_fields[part].annotation) if part in table.model_fields else None
+            table = inner or table
+        elif get_origin(table) is dict:
+            key.append(part)
+            table = get_args(table)[1]
+    return table, key
 
 
-def _meaning(loc: tuple[str | int, ...]) -> str:
-    table = _table_at(loc[:-1])
-    return " ".join((table.__doc__ or "").split())
+def _inner(annotation: Any) -> Any:
+    """What an annotation holds that has keys: a table, a union of tables, a dictionary; None where it holds none."""
+    if get_origin(annotation) is dict or _kinds(annotation):
+        return annotation
+    for each in get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,):
+        if get_origin(each) is dict or _kinds(each) or (isinstance(each, type) and issubclass(each, BaseModel)):
+            return each
+    return None
 
 
-def _table_at(loc: Iterable[str | int]) -> type[BaseModel]:
-    table: type[BaseModel] = Study
-    for part in loc:
-        if part in _KINDS:
-            table = _KINDS[str(part)]
-        elif str(part) in table.model_fields:
-            kind = table.model_fields[str(part)].annotation
-            table = kind if isinstance(kind, type) and issubclass(kind, BaseModel) else table
-    return table
+def _kinds(annotation: Any) -> dict[str, type[BaseModel]]:
+    """Kind -> table of a union that `kind` discriminates; empty for anything else."""
+    union = get_args(annotation)[0] if get_args(annotation) and hasattr(annotation, "__metadata__") else annotation
+    tables = [each for each in get_args(union) if isinstance(each, type) and issubclass(each, BaseModel)]
+    if len(tables) < 2:
+        return {}
+    return {get_args(each.model_fields["kind"].annotation)[0]: each for each in tables}
+
+
+def _keys(table: Any) -> list[str]:
+    """The keys that are valid in a table."""
+    extra = ["from"] if "kind" in getattr(table, "model_fields", ()) else []
+    return [*getattr(table, "model_fields", ()), *extra]
 
 
 def _line(text: str, key: list[str]) -> int | None:

@@ -1,62 +1,13 @@
 """What may stand in a study: the keys, their types and what they mean. A model's own names are checked by `run`."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from runner.study.base import Table
+from runner.study.input_kinds import InputKind
+from runner.study.road_kinds import RoadKind
 from runner.study.units import Amount
-
-
-class Table(BaseModel):
-    """A TOML table in which every key is known."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class ConstantInput(Table):
-    """The same value for ever."""
-
-    kind: Literal["constant"]
-    value: Amount
-
-
-class SineInput(Table):
-    """mean + amplitude*sin(2 pi frequency t + phase); frequency in Hz, phase in rad."""
-
-    kind: Literal["sine"]
-    amplitude: Amount
-    frequency: Amount
-    phase: Amount = 0.0
-    mean: Amount = 0.0
-
-
-class PulseInput(Table):
-    """Equal pulses at given times: any two of peak, duration and impulse; rise is the part each ramp takes."""
-
-    kind: Literal["pulse_train"]
-    times: tuple[Amount, ...]
-    shape: Literal["half_sine", "triangle", "trapezoid"] = "half_sine"
-    peak: Amount | None = None
-    duration: Amount | None = None
-    impulse: Amount | None = None
-    rise: float = 0.25
-
-
-class TableInput(Table):
-    """Samples: two columns of a CSV file, or t and values here; joined by lines or a cubic spline."""
-
-    kind: Literal["table"]
-    file: str | None = None
-    time: str | int = 0
-    value: str | int = 1
-    time_unit: str | None = None
-    value_unit: str | None = None
-    t: tuple[float, ...] | None = None
-    values: tuple[float, ...] | None = None
-    interpolation: Literal["linear", "cubic"] = "linear"
-
-
-InputTable = Annotated[ConstantInput | SineInput | PulseInput | TableInput, Field(discriminator="kind")]
 
 
 class Integration(Table):
@@ -89,7 +40,7 @@ class Study(Table):
     """One run of one model.
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:
-    the states that are not 0, or the static equilibrium.
+    the states that are not 0, or the static equilibrium. road: what the inputs that have a position drive over.
     """
 
     model: str
@@ -97,7 +48,8 @@ class Study(Table):
     title: str = ""
     parameter_set: str | None = None
     parameters: dict[str, Amount] = Field(default_factory=dict)
-    inputs: dict[str, InputTable] = Field(default_factory=dict)
+    inputs: dict[str, InputKind] = Field(default_factory=dict)
+    road: RoadKind | None = None
     initial: Literal["equilibrium"] | dict[str, Amount] = "equilibrium"
     integration: Integration = Integration()
     figure: Figure = Figure()

@@ -1,26 +1,48 @@
 """Numbers with units: `"605 N s"` in a study, where the model says N s."""
 
+import re
+from functools import lru_cache
+
 from runner.checks import finite
 
 #: A number in the unit that is expected there, or a text such as "65 kN/m".
 Amount = float | str
+
+#: Powers that would take pint for ever: of powers, and with exponents of three digits or more.
+_TOWER = re.compile(r"(\*\*|\^)\s*(?:[-+(]*\s*\d{3,}|[-+(.\d)\s]+(\*\*|\^))")
 
 
 def magnitude(where: str, amount: Amount, unit: str) -> float:
     """The amount in `unit`; a plain number is in that unit already. Raises ValueError that begins with `where`."""
     if not isinstance(amount, str):
         return finite(where, amount)
+    value, problem = _converted(amount, unit)
+    if problem:
+        raise ValueError(f"{where}: {problem}")
+    return finite(where, value)
+
+
+@lru_cache(maxsize=4096)
+def _converted(amount: str, unit: str) -> tuple[float, str]:
+    """The amount in `unit`, and what is wrong with it or nothing; remembered, because pint is slow."""
     import pint  # noqa: PLC0415 - slow to import, and studies of plain numbers need none
 
     registry = pint.get_application_registry()
     try:
+        if _TOWER.search(amount):
+            raise ValueError("a power that has no end")
         quantity = registry.Quantity(amount)
         wanted = registry.Unit(unit)
-    except (pint.PintError, ValueError, AssertionError, TypeError, SyntaxError):
-        raise ValueError(f'{where}: {amount!r} is no number with a unit; write it as "2.5 {unit}"') from None
+    except (pint.PintError, ValueError, AssertionError, TypeError, SyntaxError, ArithmeticError):
+        return 0.0, f'{amount!r} is no number with a unit; write it as "2.5 {unit}"'
     if quantity.unitless and not wanted.dimensionless:
-        raise ValueError(f"{where}: {amount!r} has no unit; expected one such as {unit}, or a plain number in {unit}")
+        return 0.0, f"{amount!r} has no unit; expected one such as {unit}, or a plain number in {unit}"
     try:
-        return finite(where, float(quantity.to(wanted).magnitude))
+        value = float(quantity.to(wanted).magnitude)
     except pint.DimensionalityError:
-        raise ValueError(f"{where}: {amount!r} is in {quantity.units:~}, expected {unit} or a multiple of it") from None
+        return 0.0, f"{amount!r} is in {quantity.units:~}, expected {unit} or a multiple of it"
+    # pint calls angles dimensionless, so that 1 rpm would pass for 6.28 1/min.
+    roots = {each.to_root_units().units for each in (quantity, registry.Quantity(1.0, wanted))}
+    if wanted.dimensionality == {"[time]": -1} and len(roots) == 2:
+        return 0.0, f"{amount!r} is no amount of {unit}: one counts angles, the other does not; give it in {unit}"
+    return value, ""

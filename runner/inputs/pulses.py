@@ -1,0 +1,101 @@
+"""One pulse, and the sum of equal pulses at several times."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from runner.checks import finite
+from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
+
+#: Pulse edges closer than this part of a duration are one edge.
+SAME_EDGE = 1e-9
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pulse:
+    """A pulse from 0 to `duration`, zero outside; its sines, if any, all have one frequency.
+
+    pieces (n, 8): as of a signal, the first from 0. edges (m,): where it is not smooth, its ends among them.
+    """
+
+    pieces: Vector
+    edges: Vector
+    duration: float
+
+    def area(self) -> float:
+        """Integral of the pulse, exactly that of its pieces."""
+        rows = self.pieces
+        s = np.diff(rows[:, START], append=self.duration)
+        total = s * (rows[:, C0] + s * (rows[:, C1] / 2 + s * (rows[:, C2] / 3 + s * rows[:, C3] / 4)))
+        waves = rows[rows[:, AMPLITUDE] != 0]
+        phases = waves[:, PHASE] + waves[:, FREQUENCY] * s[rows[:, AMPLITUDE] != 0]
+        turns = waves[:, AMPLITUDE] * (np.cos(waves[:, PHASE]) - np.cos(phases)) / waves[:, FREQUENCY]
+        return float(total.sum() + turns.sum())
+
+    def stretched(self, factor: float, times: float) -> "Pulse":
+        """The pulse with its values times `factor`, lasting `times` as long."""
+        rows = self.pieces.copy()
+        rows[:, START] *= times
+        for power, column in enumerate((C0, C1, C2, C3)):
+            rows[:, column] *= factor / times**power
+        rows[:, AMPLITUDE] *= factor
+        rows[:, FREQUENCY] /= times
+        return Pulse(rows, self.edges * times, self.duration * times)
+
+
+def start_times(times: ArrayLike) -> Vector:
+    """The times at which pulses start (n,), rising; raises ValueError where there is none or one is not finite."""
+    starts = np.sort(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+    if starts.ndim != 1 or starts.size == 0 or not np.isfinite(starts).all():
+        raise ValueError(f"times is {times!r}, expected one or more finite times at which pulses start")
+    return starts
+
+
+def sized(pulse: Pulse, peak: float | None, duration: float | None, impulse: float | None) -> Pulse:
+    """A pulse of duration 1 and peak 1 with two of peak, duration and impulse = integral as given."""
+    given = {"peak": peak, "duration": duration, "impulse": impulse}
+    known = {name: finite(name, value) for name, value in given.items() if value is not None}
+    if len(known) != 2:
+        found = " and ".join(known) or "none"
+        raise ValueError(f"a pulse needs two of peak, duration and impulse; given: {found}")
+    if known.get("duration", 1.0) <= 0:
+        raise ValueError(f"duration is {duration}, expected a time greater than 0")
+    if "peak" not in known:
+        return pulse.stretched(known["impulse"] / (pulse.area() * known["duration"]), known["duration"])
+    if "duration" in known:
+        return pulse.stretched(known["peak"], known["duration"])
+    if known["impulse"] * known["peak"] <= 0:
+        raise ValueError(f"peak {peak} and impulse {impulse} must have the same sign and not vanish")
+    return pulse.stretched(known["peak"], known["impulse"] / (pulse.area() * known["peak"]))
+
+
+def train(pulse: Pulse, starts: Vector) -> Signal:
+    """The sum of the pulses that start at `starts` (n,), rising; breakpoints are the edges of each.
+
+    Sines of one frequency add up as phasors: an overlap of half-sines is exact, too.
+    """
+    near = SAME_EDGE * pulse.duration
+    joints = np.append(pulse.pieces[:, START], pulse.duration)
+    all_joints = np.unique(np.add.outer(starts, joints))
+    knots = all_joints[np.diff(all_joints, prepend=-np.inf) > near]
+    pieces = np.zeros((len(knots) + 1, 8))
+    pieces[0, START], pieces[1:, START] = knots[0] - pulse.duration, knots
+    phasors = np.zeros(len(pieces), dtype=np.complex128)
+    for start in starts:
+        first, last = np.searchsorted(knots, (start - near, start + pulse.duration - near))
+        s = knots[first:last] - start
+        source = pulse.pieces[np.searchsorted(pulse.pieces[:, START], s + near) - 1]
+        s = s - source[:, START]
+        covered = slice(first + 1, last + 1)
+        pieces[covered, C0] += source[:, C0] + s * (source[:, C1] + s * (source[:, C2] + s * source[:, C3]))
+        pieces[covered, C1] += source[:, C1] + s * (2 * source[:, C2] + 3 * s * source[:, C3])
+        pieces[covered, C2] += source[:, C2] + 3 * s * source[:, C3]
+        pieces[covered, C3] += source[:, C3]
+        phasors[covered] += source[:, AMPLITUDE] * np.exp(1j * (source[:, FREQUENCY] * s + source[:, PHASE]))
+    pieces[:, AMPLITUDE], pieces[:, PHASE] = np.abs(phasors), np.angle(phasors)
+    pieces[:, FREQUENCY] = np.where(phasors != 0, pulse.pieces[:, FREQUENCY].max(), 0.0)
+    edges = np.searchsorted(knots, np.add.outer(starts, pulse.edges).ravel() + near) - 1
+    return Signal(pieces, knots[np.unique(edges)])

@@ -1,0 +1,94 @@
+"""The kinds of inputs in a study, `[inputs.NAME]`: keys, types, meaning."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from runner.study.base import Table
+from runner.study.units import Amount
+
+
+class ConstantInput(Table):
+    """The same value for ever."""
+
+    kind: Literal["constant"]
+    value: Amount
+
+
+class SineInput(Table):
+    """mean + amplitude*sin(2 pi frequency t + phase); frequency in Hz, phase in rad."""
+
+    kind: Literal["sine"]
+    amplitude: Amount
+    frequency: Amount
+    phase: Amount = 0.0
+    mean: Amount = 0.0
+
+
+class Pulses(Table):
+    """When pulses come, and how large they are.
+
+    Either times, or count with interval or rate_of_fire (rounds per minute) from start. Any two of peak, duration and
+    impulse; shell_mass and muzzle_velocity, with charge_mass where it is known, stand for the impulse.
+    """
+
+    times: tuple[Amount, ...] | None = None
+    count: int | None = None
+    interval: Amount | None = None
+    rate_of_fire: Amount | None = None
+    start: Amount = 0.0
+    peak: Amount | None = None
+    duration: Amount | None = None
+    impulse: Amount | None = None
+    shell_mass: Amount | None = None
+    muzzle_velocity: Amount | None = None
+    charge_mass: Amount | None = None
+    gas_velocity_factor: float | None = None
+
+
+class PulseInput(Pulses):
+    """Equal pulses of a shape: any two of peak, duration and impulse; rise is the part each ramp of a trapezoid takes.
+
+    Either times, or count with interval or rate_of_fire (rounds per minute) from start. shell_mass and muzzle_velocity,
+    with charge_mass where it is known, stand for the impulse.
+    """
+
+    kind: Literal["pulse_train"]
+    shape: Literal["half_sine", "triangle", "trapezoid", "exponential"] = "half_sine"
+    rise: float = 0.25
+
+
+class Samples(Table):
+    """Where samples stand: two columns of a CSV file, with their units; resample is a spacing, none by default."""
+
+    file: str | None = None
+    time: str | int = 0
+    value: str | int = 1
+    time_unit: str | None = None
+    value_unit: str | None = None
+    resample: Amount | None = None
+    interpolation: Literal["linear", "cubic"] = "linear"
+
+
+class TableInput(Samples):
+    """Samples: two columns of a CSV file, or t and values here; joined by lines or a cubic spline."""
+
+    kind: Literal["table"]
+    t: tuple[float, ...] | None = None
+    values: tuple[float, ...] | None = None
+
+
+class MeasuredPulseInput(Pulses, Samples):
+    """A measured pulse, from a CSV file or from t and values here, repeated at the times of the shots.
+
+    At most two of peak, duration and impulse stretch it; without, it stays as measured. The rest as of a pulse train.
+    """
+
+    kind: Literal["measured_pulse_train"]
+    t: tuple[float, ...] | None = None
+    values: tuple[float, ...] | None = None
+
+
+InputKind = Annotated[
+    ConstantInput | SineInput | PulseInput | TableInput | MeasuredPulseInput, Field(discriminator="kind")
+]

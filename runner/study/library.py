@@ -1,0 +1,65 @@
+"""Guns and roads that several studies share: entries of `library/*.toml`, taken up by `from = "NAME"`.
+
+An entry is a table of the keys of an input or a road, with a title, and with an `origin` table that says of each number
+where it comes from: "paper: ...", "derived: ...", "assumed: ..." or another source.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from runner.checks import unknown
+
+#: The entries that come with qddot.
+SHIPPED = Path(__file__).parent.parent.parent / "studies" / "library"
+#: Keys of which two say how large a pulse is: two in the study replace those of the entry.
+_SIZES = ("peak", "duration", "impulse", "shell_mass")
+_AMMUNITION = ("muzzle_velocity", "charge_mass", "gas_velocity_factor")
+
+Entry = Mapping[str, Any]
+
+
+def folders(study: Path) -> tuple[Path, ...]:
+    """Where the entries of a study are looked for, first to last: a folder `library` beside it, then ours."""
+    own = study.parent / "library"
+    return (SHIPPED,) if own.resolve() == SHIPPED.resolve() else (own, SHIPPED)
+
+
+def entries(*places: Path) -> dict[str, Entry]:
+    """Every entry by name; of two with one name the first stands. Raises ValueError for a file that is no TOML."""
+    found: dict[str, Entry] = {}
+    for file in (file for place in places for file in sorted(place.glob("*.toml"))):
+        try:
+            tables = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{file}: no valid TOML: {error}") from None
+        found = {name: table for name, table in tables.items() if isinstance(table, dict)} | found
+    return found
+
+
+def completed(data: Mapping[str, Any], study: Path) -> dict[str, Any]:
+    """A study's raw tables with `from` replaced by the keys of the entry; the study's own keys win.
+
+    Raises KeyError (key, message) for an entry that does not exist.
+    """
+    done = dict(data)
+    if isinstance(data.get("inputs"), dict):
+        done["inputs"] = {name: _filled(f"inputs.{name}", table, study) for name, table in data["inputs"].items()}
+    if "road" in data:
+        done["road"] = _filled("road", data["road"], study)
+    return done
+
+
+def _filled(key: str, table: Any, study: Path) -> Any:
+    if not isinstance(table, dict) or "from" not in table:
+        return table
+    known = entries(*folders(study))
+    name = table["from"]
+    if not isinstance(name, str) or name not in known:
+        raise KeyError(f"{key}.from", unknown("library entry", name, known))
+    entry = {key: value for key, value in known[name].items() if key not in ("title", "origin")}
+    own = {key: value for key, value in table.items() if key != "from"}
+    if len([size for size in _SIZES if size in own]) > 1:
+        entry = {key: value for key, value in entry.items() if key not in (*_SIZES, *_AMMUNITION)}
+    return entry | own

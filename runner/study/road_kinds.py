@@ -1,0 +1,115 @@
+"""The kinds of roads in a study, `[road]`: keys, types, meaning. Every input that has a position reads the road."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from runner.study.base import Table
+from runner.study.units import Amount
+
+
+class SpeedProfile(Table):
+    """Speed over time: t and v here, or two columns of a CSV file; straight lines between, the ends hold outside."""
+
+    t: tuple[Amount, ...] | None = None
+    v: tuple[Amount, ...] | None = None
+    file: str | None = None
+    time: str | int = 0
+    speed: str | int = 1
+    time_unit: str | None = None
+    speed_unit: str | None = None
+
+
+class Road(Table):
+    """How a road is driven on: at a speed or a speed_profile, from `start`, where the model's origin is at t = 0.
+
+    positions: m ahead of the model's origin, for inputs of which the model itself does not say it.
+    """
+
+    speed: Amount | None = None
+    speed_profile: SpeedProfile | None = None
+    start: Amount = 0.0
+    positions: dict[str, Amount] = Field(default_factory=dict)
+
+
+class ProfileRoad(Road):
+    """A measured profile: distance and height from two columns of a CSV file, or x and z here; level at both ends."""
+
+    kind: Literal["profile"]
+    file: str | None = None
+    distance: str | int = 0
+    height: str | int = 1
+    distance_unit: str | None = None
+    height_unit: str | None = None
+    resample: Amount | None = None
+    x: tuple[Amount, ...] | None = None
+    z: tuple[Amount, ...] | None = None
+    interpolation: Literal["linear", "cubic"] = "linear"
+
+
+class SineRoad(Road):
+    """A wave without end: mean + amplitude*sin(2 pi x / wavelength + phase)."""
+
+    kind: Literal["sine"]
+    amplitude: Amount
+    wavelength: Amount
+    phase: Amount = 0.0
+    mean: Amount = 0.0
+
+
+class RampRoad(Road):
+    """A slope from `at` that climbs `height` over `length`."""
+
+    kind: Literal["ramp"]
+    height: Amount
+    length: Amount
+    at: Amount = 0.0
+
+
+class StepRoad(Road):
+    """A step up by `height` at `at`; with a length, a steep ramp, which a model that reads the road's rate needs."""
+
+    kind: Literal["step"]
+    height: Amount
+    at: Amount = 0.0
+    length: Amount = 0.0
+
+
+class BumpRoad(Road):
+    """A bump of a full cosine, from `at` over `length`."""
+
+    kind: Literal["cosine_bump"]
+    height: Amount
+    length: Amount
+    at: Amount = 0.0
+
+
+class PotholeRoad(Road):
+    """A hole of `depth` from `at` over `length`; its ends are slopes of length `edge`, or upright."""
+
+    kind: Literal["pothole"]
+    depth: Amount
+    length: Amount
+    at: Amount = 0.0
+    edge: Amount = 0.0
+
+
+class RandomRoad(Road):
+    """A random road after ISO 8608: roughness is a class "A" to "H" or Gd(n0) in m^3, waviness the exponent.
+
+    shortest and longest are its wavelengths; it grows from level ground over the distance `fade`.
+    """
+
+    kind: Literal["iso8608"]
+    roughness: Amount
+    seed: int
+    length: Amount = 200.0
+    waviness: float = 2.0
+    shortest: Amount | None = None
+    longest: Amount | None = None
+    fade: Amount = 0.0
+
+
+RoadKind = Annotated[
+    ProfileRoad | SineRoad | RampRoad | StepRoad | BumpRoad | PotholeRoad | RandomRoad, Field(discriminator="kind")
+]

@@ -1,0 +1,88 @@
+"""What a study drives its model by, before it is run: a table and a figure."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from runner.inputs.iso8608 import SHORTEST, road_class
+from runner.inputs.signal import START, Signal
+from runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, points, spectrum
+from runner.report.tables import plain_table
+from runner.study.amounts import Amounts
+from runner.study.read import StudyError, read
+from runner.study.road import random_road_roughness, road_positions, road_profile, road_reach, road_speed
+from runner.study.run import study_model, study_parameters
+from runner.study.signals import study_signals
+
+
+def show_inputs(path: Path, into: Path) -> int:
+    """Print a table of the study's inputs and draw them: over time, the road over distance, its spectrum."""
+    study, console = read(path), Console()
+    model, amounts = study_model(study, path), Amounts(path)
+    try:
+        p = model.parameter_values(study_parameters(study, model, amounts))
+    except StudyError:
+        raise
+    except ValueError as error:
+        raise StudyError(f"{path}: {error}") from error
+    signals = study_signals(study, model, p, path)
+    if not signals:
+        raise StudyError(f"{path}: the study has no inputs to show")
+    span = (amounts("span", study.span[0], "s"), amounts("span", study.span[1], "s"))
+    if not span[0] < span[1]:
+        raise amounts.wrong("span", f"({span[0]}, {span[1]}), expected a start before the end")
+    channels = {channel.name: channel for channel in model.tables.inputs}
+    console.print(f"[bold]{study.title or path.stem}[/bold]")
+    console.print(_table(signals, {name: channels[name].unit for name in signals}, span))
+    sheets = over_time(signals, channels, span)
+    if study.road is not None:
+        places = road_positions(study.road, model, p, amounts)
+        road = road_profile(study.road, amounts)
+        reach = road_reach(study.road, places, span, amounts)
+        console.print(_described(study.road, reach, amounts), highlight=False, soft_wrap=True)
+        sheets += _road_sheets(study.road, road, reach, span, amounts)
+    from runner.report.input_figures import draw_inputs  # noqa: PLC0415 - matplotlib is slow to import
+
+    picture = draw_inputs(study.title or path.stem, sheets, into / f"{path.stem}_inputs.png")
+    console.print(f"wrote {picture}", highlight=False, soft_wrap=True)
+    return 0
+
+
+def _table(signals: dict[str, Signal], units: dict[str, str], span: tuple[float, float]) -> Table:
+    table = plain_table("", "input", "unit", "least", "greatest", "at start", "integral", "breakpoints", numbers=5)
+    for name, signal in signals.items():
+        t, values = points(signal, signal.breakpoint_times(), span)
+        breaks = signal.breakpoint_times()
+        inside = int(((breaks >= span[0]) & (breaks <= span[1])).sum())
+        numbers = (f"{number:.4g}" for number in (values.min(), values.max(), values[0], integral(signal, t)))
+        table.add_row(name, units[name], *numbers, str(inside))
+    return table
+
+
+def _described(spec: Any, reach: tuple[float, float], amounts: Amounts) -> str:
+    said = f"road: {spec.kind}, read from {reach[0]:.4g} m to {reach[1]:.4g} m"
+    if spec.kind != "iso8608":
+        return said
+    value = random_road_roughness(spec, amounts)
+    return f"{said}; Gd(n0) = {value:.4g} m^3, class {road_class(value)}"
+
+
+def _road_sheets(
+    spec: Any, road: Signal, reach: tuple[float, float], span: tuple[float, float], amounts: Amounts
+) -> list[Sheet]:
+    """A speed that varies, the road over distance, and the spectrum of a random or a measured one."""
+    speed = road_speed(spec, amounts)
+    sheets = []
+    if isinstance(speed, Signal):
+        sheets.append(Sheet((Line(*points(speed, speed.breakpoints, span), "speed"),), "t in s", "m/s"))
+    if reach[0] < reach[1]:
+        sheets.append(over_distance(road, reach))
+    found = None
+    if spec.kind == "iso8608":
+        sizes = {"shortest": SHORTEST} | amounts.given("road", spec, {"fade": "m", "length": "m", "shortest": "m"})
+        found = spectrum(road, (sizes["fade"], sizes["length"]), 1 / sizes["shortest"])
+    elif spec.kind == "profile":
+        found = spectrum(road, (road.pieces[1, START], road.pieces[-1, START]), 1 / SHORTEST)
+    return [*sheets, *([found] if found is not None else [])]
