@@ -111,7 +111,8 @@ def leaving(s):
     return worst
 
 
-def advance(s, most):
+@compiled(**LEAN)
+def advance_some(s, most):
     """Go on until the last wanted time, or until about `most` row operations are done; returns a Status.
 
     x is at s.t; segment_end <= t where a segment is to begin. A wanted time next to the end of a segment is that end.
