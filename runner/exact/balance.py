@@ -67,32 +67,30 @@ def balance(A, B, scale):
 
 
 @compiled(**LEAN)
-def put_transposed(source, base):
-    """Write the transpose of a matrix (n, m) in panels, m rows."""
+def put_transposed(source, count, base):
+    """Write the transpose of the first count - 1 columns and the last column of a matrix (n, m) in panels."""
     n, m = source.shape
-    target = floats(base, BLOCK * -(-n // BLOCK) * m)
+    target = floats(base, BLOCK * -(-n // BLOCK) * count)
     for i in range(n):
-        for j in range(m):
-            target[BLOCK * (m * (i // BLOCK) + j) + i % BLOCK] = source[i, j]
+        for j in range(count):
+            target[BLOCK * (count * (i // BLOCK) + j) + i % BLOCK] = source[i, j if j < count - 1 else m - 1]
 
 
-def begin(s, table, A, B, x):
-    """Balance A and B, which are overwritten, and put them, the state x (n,) and inputs where `advance` finds them."""
-    s.pieces, s.n_pieces, s.first, s.last = (
-        table.pieces.ctypes.data,
-        len(table.pieces),
-        table.first.ctypes.data,
-        table.last.ctypes.data,
-    )
-    s.rate, s.offset, s.order = table.rate.ctypes.data, table.offset.ctypes.data, table.order.ctypes.data
+@compiled(**LEAN)
+def begin(s, A, B, x):
+    """Balance A and B, which are overwritten, and put them and the state x (n,) where `advance` finds them.
+
+    B: a column for each channel and one for 1; the channels that drive no state are left out.
+    """
     n, scale, state = s.n, floats(s.scale, s.n), floats(s.x, s.n)
     for i in range(n):
         scale[i] = 1.0
     balance(A, B, scale)
-    put_transposed(A, s.A)
-    put_transposed(B, s.B)
+    put_transposed(A, n, s.A)
+    put_transposed(B, s.channels + 1, s.B)
     for i in range(n):
         state[i] = x[i] / scale[i]
+    s.nu = 0.0
     for j in range(n):
         total = 0.0
         for i in range(n):

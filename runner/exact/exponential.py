@@ -18,6 +18,8 @@ from runner.memory import BLOCK, LEAN, floats, weighted_sum
 #: Largest 1-norm at which the Taylor polynomial of degree 16 has a backward error of 2^-53.
 THETA_16 = 0.78
 ROW = 8 * BLOCK
+#: The polynomial in blocks of four powers: the last is M^13/13! to M^16/16! and the constant 1/12!.
+LAST_BLOCK = 13
 FACTORIALS = np.array([float(math.factorial(k)) for k in range(17)])
 
 
@@ -104,45 +106,53 @@ def squarings_for(size):
 
 
 @compiled(**LEAN)
-def combine_powers(count, result, first, M, M_2, M_3, M_4, top):
-    """Result = M/first! + M^2/(first+1)! + M^3/(first+2)! [+ M^4/(first+3)! where top]."""
-    T, P, P_2, P_3, P_4 = (
-        floats(result, count),
-        floats(M, count),
-        floats(M_2, count),
-        floats(M_3, count),
-        floats(M_4, count),
-    )
+def combine_powers(count, result, first, M, M_2, M_3, M_4):
+    """Result = M/first! + M^2/(first+1)! + M^3/(first+2)!, and M^4/16! where that ends the polynomial."""
+    T, P, P_2, P_3 = floats(result, count), floats(M, count), floats(M_2, count), floats(M_3, count)
+    P_4 = floats(M_4, count)
     a, b, c = 1.0 / FACTORIALS[first], 1.0 / FACTORIALS[first + 1], 1.0 / FACTORIALS[first + 2]
-    d = 1.0 / FACTORIALS[16] if top else 0.0
+    d = 1.0 / FACTORIALS[16] if first == LAST_BLOCK else 0.0
     for i in range(count):
         T[i] = a * P[i] + b * P_2[i] + c * P_3[i] + d * P_4[i]
 
 
 @compiled(**LEAN)
+def polynomial_block(n, q, result, first, M, M_2, M_3, M_4):
+    """Result = the coefficients of M^0 to M^3 in the block of the polynomial that begins with 1/(first - 1)!."""
+    combine_powers(matrix_size(n, q), result, first, M, M_2, M_3, M_4)
+    if first > 1:
+        add_to_diagonal(n, q, result, 1.0 / FACTORIALS[first - 1])
+
+
+@compiled(**LEAN)
 def exponential(n, q, M, M_2, M_3, M_4, Y, room):
-    """Write exp(M) - 1 and return the address where it is: Y or room. M is scaled; all are addresses of matrices."""
+    """Write exp(M) - 1 and return the address where it is: Y or room. M is scaled; all are addresses of matrices.
+
+    One product a turn: three powers, three steps of Horner's rule, the squarings. That there is one call of
+    `multiply_add` only keeps compilation short.
+    """
     count = matrix_size(n, q)
     squarings = squarings_for(norm(n, q, M))
-    P = floats(M, count)
-    factor = math.ldexp(1.0, -squarings)
+    P, factor = floats(M, count), math.ldexp(1.0, -squarings)
     for i in range(count):
         P[i] *= factor
-    for power, left, right in ((M_2, M, M), (M_3, M_2, M), (M_4, M_2, M_2)):
-        clear(power, count)
-        multiply_add(n, q, left, right, power)
-    combine_powers(count, Y, 13, M, M_2, M_3, M_4, True)
-    add_to_diagonal(n, q, Y, 1.0 / FACTORIALS[12])
-    for first in (9, 5, 1):
-        combine_powers(count, room, first, M, M_2, M_3, M_4, False)
-        if first > 1:
-            add_to_diagonal(n, q, room, 1.0 / FACTORIALS[first - 1])
-        multiply_add(n, q, M_4, Y, room)
-        Y, room = room, Y
-    for _ in range(squarings):
-        source, target = floats(Y, count), floats(room, count)
-        for i in range(count):
-            target[i] = 2.0 * source[i]
-        multiply_add(n, q, Y, Y, room)
-        Y, room = room, Y
+    for turn in range(6 + squarings):
+        left, right, target = Y, Y, room
+        if turn < 3:
+            left = M if turn == 0 else M_2
+            right = M if turn < 2 else M_2
+            target = (M_2, M_3, M_4)[turn]
+            clear(target, count)
+        elif turn < 6:
+            left = M_4
+            if turn == 3:
+                polynomial_block(n, q, Y, LAST_BLOCK, M, M_2, M_3, M_4)
+            polynomial_block(n, q, room, LAST_BLOCK - 4 * (turn - 2), M, M_2, M_3, M_4)
+        else:
+            source, double = floats(Y, count), floats(room, count)
+            for i in range(count):
+                double[i] = 2.0 * source[i]
+        multiply_add(n, q, left, right, target)
+        if turn >= 3:
+            Y, room = room, Y
     return Y

@@ -18,14 +18,21 @@ RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(S
 UNDECIDED, NONE, READY = range(3)
 #: A product of a vector waits for its sums, one of matrices does not: cost of the first relative to the second.
 WAITING = 2.0
+#: Products in a step, about.
+STEP_COST = 10.0
+
+
+@compiled(**LEAN)
+def parts_for(s, h):
+    """Into how many series a way of length h is cut."""
+    return max(1, math.ceil(h * largest_rate(s) / LONGEST))
 
 
 @compiled(**LEAN)
 def series_cost(s, h):
     """Cost of a way of length h by Taylor series."""
-    theta = h * largest_rate(s)
-    steps = math.ceil(theta / LONGEST)
-    return WAITING * steps * degree_for(theta / max(1, steps)) * s.n * s.panels
+    parts = parts_for(s, h)
+    return WAITING * parts * degree_for(h * largest_rate(s) / parts) * s.n * s.panels
 
 
 @compiled(**LEAN)
@@ -63,35 +70,25 @@ def apply(s):
 
 
 @compiled(**LEAN)
-def go(s, target):
-    """Move x from s.t to a time in the same segment; returns the cost."""
-    h = target - s.t
-    force(s)
-    by_series, by_exponential = series_cost(s, h), exponential_cost(s, h)
-    if by_exponential < by_series:
-        prepare(s, h)
-        apply(s)
-        return by_exponential
-    parts = max(1, math.ceil(h * largest_rate(s) / LONGEST))
-    start = s.t
-    for k in range(parts):
-        if k > 0:
-            s.t = start + k * h / parts
-            force(s)
-        taylor_step(s, h / parts)
-    return by_series
+def grid_pays(s, wanted):
+    """Whether x is at one of the evenly spaced times, and those left in the segment are worth an exponential."""
+    before = floats(s.outputs, s.n_outputs)[s.next_output - 1]
+    if not s.first_even < s.next_output <= s.last_even or abs(s.t - before) > s.near or wanted > s.segment_end:
+        return False
+    left = min(s.last_even - s.next_output + 1, int((s.segment_end - s.t) / s.spacing + 1e-6))
+    once = exponential_cost(s, s.spacing)
+    return left > 1 and once + WAITING * s.n * s.panels * left < left * min(series_cost(s, s.spacing), once)
 
 
 @compiled(**LEAN)
-def grid_pays(s):
-    """Whether the evenly spaced times left in the segment are worth an exponential."""
-    left = min(s.last_even - s.next_output + 1, int((s.segment_end - s.t) / s.spacing + 1e-6))
-    if left < 2:
-        return False
-    force(s)
-    by_exponential = exponential_cost(s, s.spacing)
-    each = min(series_cost(s, s.spacing), by_exponential)
-    return by_exponential + WAITING * s.n * s.panels * left < left * each
+def exponential_for(s, wanted, h):
+    """The step of which an exponential pays now: that of the grid, the way h to the next stop, or 0 for none."""
+    if s.grid == UNDECIDED and s.next_output > s.first_even:
+        s.grid = NONE
+        if grid_pays(s, wanted):
+            s.grid = READY
+            return s.spacing
+    return h if exponential_cost(s, h) < series_cost(s, h) else 0.0
 
 
 @compiled(**LEAN)
@@ -115,14 +112,7 @@ def leaving(s):
 
 
 @compiled(**LEAN)
-def grid_begins(s, wanted):
-    """Whether x is at one of the evenly spaced times and an exponential from here on pays."""
-    before = floats(s.outputs, s.n_outputs)[s.next_output - 1]
-    even = s.first_even < s.next_output <= s.last_even and abs(s.t - before) <= s.near
-    return even and wanted <= s.segment_end and grid_pays(s)
-
-
-def advance(s, most):
+def advance_some(s, most):
     """Go on until the last wanted time, or until about `most` row operations are done; returns a Status.
 
     x is at s.t; segment_end <= t where a segment is to begin. A wanted time next to the end of a segment is that end.
@@ -133,25 +123,28 @@ def advance(s, most):
             look_up(s)
             s.grid = UNDECIDED
         wanted = floats(s.outputs, s.n_outputs)[s.next_output]
-        at_output = wanted <= s.segment_end + s.near
-        target = min(wanted, s.segment_end)
-        if s.grid == UNDECIDED and s.next_output > s.first_even:
-            s.grid = NONE
-            if grid_begins(s, wanted):
-                s.grid = READY
-                done += exponential_cost(s, s.spacing)
-                prepare(s, s.spacing)
-        if s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even:
+        stop = min(wanted, s.segment_end)
+        ready = s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even
+        if not ready:
+            force(s)
+            h = exponential_for(s, wanted, stop - s.t)
+            ready = h > 0.0
+            if ready:
+                prepare(s, h)
+                done += exponential_cost(s, h)
+        if ready:
             apply(s)
-            done += WAITING * s.n * s.panels
         else:
-            done += go(s, target)
-        s.t = target
+            parts = parts_for(s, stop - s.t)
+            stop = stop if parts == 1 else s.t + (stop - s.t) / parts
+            taylor_step(s, stop - s.t)
+        done += STEP_COST * s.n * s.panels
+        s.t = stop
         s.steps += 1
         s.failed_state = leaving(s)
         if s.failed_state >= 0:
             return NON_FINITE
-        if at_output:
+        if stop >= wanted - s.near:
             save(s)
             if s.next_output == s.n_outputs:
                 return FINISHED

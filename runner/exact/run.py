@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.exact.balance import begin
-from runner.exact.propagate import advance
+from runner.exact.course import advance, begin_run
 from runner.exact.space import SPACE, Arrays, space_for
 from runner.inputs.signal import stack
 from runner.options import Options
@@ -67,8 +66,7 @@ def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:
     s["t"], s["segment_end"], s["t1"], s["near"], s["limit"] = t0, t0, t1, near, options.divergence_limit
     A, B = np.empty((n, n)), np.empty((n, len(problem.inputs.first) + 1))
     problem.linear(problem.constants, A, B)
-    B[:, problem.n_inputs] = B[:, -1]  # The channels between them drive no state.
-    _compiled_begin()(s, problem.inputs, A, B[:, : problem.n_inputs + 1].copy(), problem.initial_state)
+    _compiled_begin()(s, problem.inputs, A, B, problem.initial_state)
     arrays.saved[0] = problem.initial_state
     return s, arrays
 
@@ -106,7 +104,7 @@ def _requested(
 
 @cache
 def _compiled_begin() -> Any:
-    return compiled(types.void(_RECORD, _TABLE, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin)
+    return compiled(types.void(_RECORD, _TABLE, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin_run)
 
 
 @cache

@@ -62,8 +62,10 @@ def space_for(n: int, inputs: InputTable, channels: int, outputs: NDArray[np.flo
     return s, arrays
 
 
-#: The work space starts at one, in bytes.
+#: Everything in the work space starts at one, in bytes: vectors across two of them cost double.
 CACHE_LINE = 64
+#: Numbers on a cache line.
+ON_A_LINE = CACHE_LINE // 8
 
 
 @cache
@@ -83,5 +85,5 @@ def _places(n: int, channels: int, sines: int) -> tuple[NDArray[np.int64], int]:
         **dict.fromkeys(("p", "p_next"), q_width),
         **dict.fromkeys(("M", "M_2", "M_3", "M_4", "Y", "room"), matrix),
     }
-    numbers = np.array(list(lengths.values()), dtype=np.int64)
-    return 8 * (np.cumsum(numbers) - numbers), int(numbers.sum()) + CACHE_LINE // 8
+    numbers = np.array([-(-length // ON_A_LINE) * ON_A_LINE for length in lengths.values()], dtype=np.int64)
+    return 8 * (np.cumsum(numbers) - numbers), int(numbers.sum()) + ON_A_LINE

@@ -1,0 +1,17 @@
+"""The compiled functions that Python calls for a single run."""
+
+from runner.exact.balance import begin
+from runner.exact.propagate import advance_some
+
+
+def begin_run(s, table, A, B, x):
+    """Put the inputs, A and B, which are overwritten, and the state x (n,) where `advance` finds them."""
+    s.pieces, s.n_pieces = table.pieces.ctypes.data, len(table.pieces)
+    s.first, s.last = table.first.ctypes.data, table.last.ctypes.data
+    s.rate, s.offset, s.order = table.rate.ctypes.data, table.offset.ctypes.data, table.order.ctypes.data
+    begin(s, A, B, x)
+
+
+def advance(s, most):
+    """Go on until the end, or until about `most` row operations are done; returns a Status."""
+    return advance_some(s, most)
