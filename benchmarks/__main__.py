@@ -3,13 +3,14 @@
 import sys
 from pathlib import Path
 
-from benchmarks import derivation, driving, latency, single_run, work_precision
+from benchmarks import c_loop, derivation, driving, latency, single_run, work_precision
 from benchmarks.timing import machine, report, write_json
 
 GROUPS = {
     "latency": latency,
     "derivation": derivation,
     "single_run": single_run,
+    "c_loop": c_loop,
     "driving": driving,
     "work_precision": work_precision,
 }

@@ -67,6 +67,17 @@ def _uncounted(array_type: types.Array, context: Any, builder: Any, where: Any, 
 
 
 @intrinsic
+def first_item(typing_context: Any, array: Any) -> Any:
+    """The address of an array's first item, in compiled code."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.ptrtoint(data, ir.IntType(64))
+
+    return types.int64(array), emit
+
+
+@intrinsic
 def floats(typing_context: Any, where: Any, length: Any) -> Any:
     """The float64 array (length,) at an address."""
 

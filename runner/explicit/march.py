@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.inputs.reader import evaluate
+from runner.inputs.reader import read
 from runner.memory import LEAN
 from runner.problem import Status
 
@@ -136,7 +136,7 @@ def advance(rhs, A, b, c, constants, inputs, n_inputs, plan, march, limit, most_
         for stage in range(stages):
             if (stage == 0 and t != known_at) or (stage > 0 and c[stage] != c[stage - 1]):
                 side = t + min(max(c[stage], SIDE), 1.0 - SIDE) * h
-                evaluate(inputs, reader, t + c[stage] * h, side, n_inputs, u)
+                read(inputs, reader, t + c[stage] * h, side, n_inputs, u)
             if stage == 0:
                 rhs(t, x, u, constants, slope)
             else:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.inputs.reader import CONSTANT, TO, evaluate, reader_for
+from runner.inputs.reader import CONSTANT, TO, read, reader_for
 from runner.inputs.signal import InputTable
 from runner.memory import BLOCK, LEAN, VIEW, address, floats, integers, layout, matrix, record, weighted_sum, writable
 from runner.pointers import call_kernel, pointer
@@ -119,7 +119,7 @@ def look_up(space, t, h, c):
     if space.n_inputs > 0 and space.steady == 0:
         side = t + min(max(c, SIDE), 1.0 - SIDE) * h
         reader = floats(space.reader, space.reader_size)
-        evaluate(input_table(space), reader, t + c * h, side, space.n_inputs, input_values(space))
+        read(input_table(space), reader, t + c * h, side, space.n_inputs, input_values(space))
 
 
 @compiled(**LEAN)

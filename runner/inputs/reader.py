@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from runner.compiled import compiled
 from runner.inputs.sine import FAR, sine
-from runner.memory import VIEW, floats
+from runner.memory import LEAN, VIEW, first_item, floats
 
 if TYPE_CHECKING:
     from runner.inputs.signal import InputTable
@@ -45,11 +45,17 @@ def sample(table: "InputTable", times: NDArray[np.float64], values: NDArray[np.f
 @compiled()
 def _sample(table, reader, times, values):
     for i in range(len(times)):
-        evaluate(table, reader, times[i], times[i], len(table.first), values[i])
+        read(table, reader, times[i], times[i], len(table.first), values[i])
 
 
-@compiled(error_model="numpy")
+@compiled()
 def evaluate(table, reader, t, t_side, count, u):
+    """`read`, for Python."""
+    read(table, reader, t, t_side, count, u)
+
+
+@compiled(**LEAN)
+def read(table, reader, t, t_side, count, u):
     """Write the first `count` channels at time t into u.
 
     The pieces are those at t_side, a time inside the step that t belongs to, so that a value at a breakpoint is the
@@ -57,7 +63,7 @@ def evaluate(table, reader, t, t_side, count, u):
     """
     if not reader[FROM] <= t_side < reader[TO]:
         refresh(table, reader, t_side, count)
-    where = reader.ctypes.data + 8 * HEAD
+    where = first_item(reader) + 8 * HEAD
     for start in range(0, count, GROUP):
         read_group(where, t, reader[HAS_SINE], np.int64(reader[WIDTH]))
         values = floats(where + 8 * VALUE, GROUP)
@@ -82,7 +88,7 @@ def read_group(where, t, has_sine, width):
             g[i + VALUE] += g[i + AMPLITUDE] * sine(angle)
 
 
-@compiled()
+@compiled(**LEAN)
 def refresh(table, reader, t, count):
     """Take over the pieces at time t; the window is the time until the first of them ends."""
     reader[FROM], reader[TO], reader[HAS_SINE], reader[CONSTANT] = -np.inf, np.inf, 0.0, 1.0
@@ -101,7 +107,7 @@ def refresh(table, reader, t, count):
             reader[CONSTANT] = 0.0
 
 
-@compiled()
+@compiled(**LEAN)
 def stand_still(table, reader, place, i):
     """A channel whose argument does not change with time."""
     k = table.first[i]
@@ -114,7 +120,7 @@ def stand_still(table, reader, place, i):
     reader[place + C0] = value if table.order[i] == 0 else 0.0
 
 
-@compiled()
+@compiled(**LEAN)
 def take_piece(table, reader, place, i, t):
     """The piece of channel i at time t, in powers of t - origin, and its end in time into the window."""
     rate, offset, first, last = table.rate[i], table.offset[i], table.first[i], table.last[i]
@@ -134,7 +140,7 @@ def take_piece(table, reader, place, i, t):
     write_coefficients(table.pieces[k], rate, offset, table.order[i], t, reader, place)
 
 
-@compiled()
+@compiled(**LEAN)
 def write_coefficients(piece, rate, offset, order, t, reader, place):
     """A piece in tau as coefficients in time, of the value (order 0) or of its time derivative (1)."""
     origin = (piece[0] - offset) / rate

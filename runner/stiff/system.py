@@ -8,7 +8,7 @@ from numba.extending import intrinsic
 from runner.abi import MATRIX_KERNEL
 from runner.compiled import compiled
 from runner.explicit.workspace import constants, input_table, input_values
-from runner.inputs.reader import evaluate
+from runner.inputs.reader import read
 from runner.memory import LEAN, floats, integers
 from runner.pointers import _caller, call_kernel
 from runner.stiff.linear_algebra import factorize, solve
@@ -42,7 +42,7 @@ def set_inputs(space, t, side):
     """Look the inputs up at t, as limits from the side on which the time `side` lies."""
     if space.n_inputs > 0:
         reader = floats(space.reader, space.reader_size)
-        evaluate(input_table(space), reader, t, side, space.n_inputs, input_values(space))
+        read(input_table(space), reader, t, side, space.n_inputs, input_values(space))
 
 
 @compiled(**LEAN)

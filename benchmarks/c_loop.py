@@ -1,0 +1,108 @@
+"""RK4 over the M113's generated right-hand side, beside the same loop written by hand in C and compiled with -O3."""
+
+import ast
+import ctypes
+import inspect
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import qddot
+from benchmarks.timing import Timing, interleaved
+from generated import m113
+
+STEP, STEPS = 1e-4, 1_000_000
+SHOT, DURATION, IMPULSE = 0.5, 0.1, 605.0
+
+LOOP = """
+#include <math.h>
+#include <string.h>
+
+static inline void rhs(double t, const double *restrict state, const double *restrict inputs,
+                       const double *restrict constants, double *restrict derivative)
+{
+%s
+}
+
+static void look_up(double t, double *u)
+{
+    double s = t - 0.5;
+    u[5] = s > 0.0 && s < 0.1 ? 605.0 * M_PI / 0.2 * sin(M_PI * s / 0.1) : 0.0;
+}
+
+void march(double *x, const double *c, double h, long steps)
+{
+    double u[11] = {0}, k1[14], k2[14], k3[14], k4[14], y[14];
+    for (long n = 0; n < steps; ++n) {
+        double t = n * h;
+        look_up(t, u);
+        rhs(t, x, u, c, k1);
+        for (int i = 0; i < 14; ++i) y[i] = x[i] + 0.5 * h * k1[i];
+        look_up(t + 0.5 * h, u);
+        rhs(t + 0.5 * h, y, u, c, k2);
+        for (int i = 0; i < 14; ++i) y[i] = x[i] + 0.5 * h * k2[i];
+        rhs(t + 0.5 * h, y, u, c, k3);
+        for (int i = 0; i < 14; ++i) y[i] = x[i] + h * k3[i];
+        look_up(t + h, u);
+        rhs(t + h, y, u, c, k4);
+        for (int i = 0; i < 14; ++i) x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+    }
+}
+"""
+
+
+def groups(quick: bool) -> dict[str, list[Timing]]:
+    """A million steps of the standing vehicle with one shot; a hundred thousand where `quick`."""
+    steps = STEPS // 10 if quick else STEPS
+    model = qddot.load("m113")
+    start = qddot.equilibrium(model, "as_run_unloaded")
+    shot = qddot.pulse_train(times=[SHOT], duration=DURATION, impulse=IMPULSE)
+    settings = {"parameters": "as_run_unloaded", "inputs": {"F": shot}, "initial": start}
+    simulation = qddot.prepare(model, (0.0, steps * STEP), method="rk4", step=STEP, every=steps, **settings)
+    title = f"M113, RK4, {steps:,} steps, one run"
+    ours = "qddot rk4"
+    if shutil.which("gcc") is None:
+        return {title: [*interleaved({ours: simulation}, 3), Timing("C, gcc -O3", np.nan, np.nan, "there is no gcc")]}
+    constants = model.constants(model.parameter_values("as_run_unloaded"))
+    with tempfile.TemporaryDirectory() as folder:
+        by_hand = _in_c(Path(folder), start, constants, steps)
+        apart = np.abs(simulation().states[-1] - by_hand()).max()
+        rows = interleaved({"C, gcc -O3 -march=native": by_hand, ours: simulation}, 1 if quick else 5)
+    return {title: [replace(rows[0], note=f"end states {apart:.0e} apart"), rows[1]]}
+
+
+def _in_c(
+    folder: Path, start: NDArray[np.float64], constants: NDArray[np.float64], steps: int
+) -> Callable[[], NDArray[np.float64]]:
+    source, library = folder / "loop.c", folder / "loop.so"
+    source.write_text(LOOP % _statements(m113.rhs.py_func), "utf-8")
+    flags = ["-O3", "-march=native", "-shared", "-fPIC"]
+    subprocess.run(["gcc", *flags, "-o", str(library), str(source), "-lm"], check=True)
+    march = ctypes.CDLL(str(library)).march
+    pointer = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+    march.argtypes, march.restype = [pointer, pointer, ctypes.c_double, ctypes.c_long], None
+
+    def run() -> NDArray[np.float64]:
+        x = start.copy()
+        march(x, constants, STEP, steps)
+        return x
+
+    return run
+
+
+def _statements(kernel: Callable[..., None]) -> str:
+    """The assignments of a generated kernel as C: their arithmetic is written the same way there."""
+    function = ast.parse(inspect.getsource(kernel)).body[0]
+    assert isinstance(function, ast.FunctionDef)
+    lines = []
+    for statement in function.body:
+        if isinstance(statement, ast.Assign):
+            kind = "double " if isinstance(statement.targets[0], ast.Name) else ""
+            lines.append(f"    {kind}{ast.unparse(statement)};")
+    return "\n".join(lines)
