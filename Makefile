@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STUDY ?= studies/one_shot.toml
 PYTEST ?= -q -n auto
 
-.PHONY: help demo test run list generate check equations verify lint format bench clean
+.PHONY: help demo test run show list generate check equations verify lint format bench clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -21,7 +21,10 @@ test: $(VENV)/test ## all tests
 run: $(VENV)/run ## run a study: make run STUDY=studies/one_shot.toml
 	$(BIN)/qddot run $(STUDY)
 
-list: $(VENV)/run ## models, studies and methods
+show: $(VENV)/run ## what drives a study, as a table and a figure: make show STUDY=studies/terrain_run.toml
+	$(BIN)/qddot show $(STUDY)
+
+list: $(VENV)/run ## models, studies, library and methods
 	$(BIN)/qddot list
 
 generate: $(VENV)/run ## derive all models, write their kernels and equations
