@@ -1,15 +1,19 @@
 """Fixed-step marching: plans the steps and the saved points of a run, and drives the compiled loop of `march`."""
 
 import time
-from functools import partial
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
 
-from runner.explicit.march import FAILED_AT, FAILED_STATE, NOW, SAVED, SNAP, STEPS, March, Plan, compiled_advance
-from runner.inputs.reader import reader_for
+from runner.compiled import compiled
+from runner.explicit.march import MARCH, SNAP, advance
+from runner.explicit.step import PAIR, tableau_for
+from runner.explicit.workspace import BLOCK_SIZE, SPACE, Y, space_for
+from runner.memory import BLOCK, address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
 from runner.slices import drive
@@ -23,29 +27,53 @@ DEFAULT_POINTS = 5000
 SLICE_WORK = 1_000_000
 
 
+@cache
+def _compiled_advance() -> Any:
+    records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH))
+    return compiled(types.int64(*records, types.int64), error_model="numpy", _nrt=False)(advance)
+
+
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """March `problem` with options.step; saves at options.output_times or every options.every-th grid point.
 
     Raises ValueError where the step is missing, does not advance the time, or output times lie outside the span.
     """
-    tableau = method.tableau
-    if tableau is None:
+    if method.tableau is None:
         raise ValueError(f"method {method.name!r} has no tableau to march")
+    start, stages = time.perf_counter(), method.tableau.stages
     plan = _plan(problem, options, method.name)
-    march = _march(problem, plan, tableau.stages)
-    coefficients = [array.flatten() for array in (tableau.A, tableau.b, tableau.c)]
-    limit = float(options.divergence_limit)
-    arguments = (*coefficients, problem.constants, problem.inputs, problem.n_inputs, plan, march, limit)
-    most_steps = max(16, SLICE_WORK // (len(march.x) * tableau.stages))
-    loop = compiled_advance(*map(typeof, arguments), types.int64)
-    start = time.perf_counter()
+    space, space_arrays = space_for(problem, np.zeros(1))
+    tableau, coefficients = tableau_for(method.tableau)
+    march, arrays = _march(plan, len(problem.initial_state), options.divergence_limit)
+    _save_if_new(march, arrays, problem.initial_state)
+    most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * stages))
     status = drive(
-        partial(loop, problem.rhs, *arguments, most_steps),
-        fraction_done=lambda: (march.time[NOW] - plan.t0) / (plan.t1 - plan.t0),
+        partial(_compiled_advance(), space, tableau, march, most_steps),
+        fraction_done=lambda: float((march["now"] - plan.t0) / (plan.t1 - plan.t0)),
         progress=options.progress,
         time_limit=options.time_limit,
     )
-    return _trajectory(march, status, tableau.stages, time.perf_counter() - start)
+    work = space_arrays["work"].reshape(space["blocks"], BLOCK_SIZE)
+    _save_if_new(march, arrays, work[:, Y : Y + BLOCK].ravel()[: space["n"]])
+    del coefficients  # The loop knew them by address: they had to live until here.
+    return _trajectory(march, arrays, status, stages, time.perf_counter() - start)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Where the steps end: grid points t0 + k*step for k = 1..grid_points - 1, then t1; and the stops between them.
+
+    stops (m,) rising times within (t0, t1), save_at_stop (m,) whether the state is saved there; every: grid points
+    between two saved ones, 0 for none.
+    """
+
+    t0: float
+    t1: float
+    step: float
+    grid_points: int
+    every: int
+    stops: NDArray[np.float64]
+    save_at_stop: NDArray[np.int64]
 
 
 def _plan(problem: Problem, options: Options, name: str) -> Plan:
@@ -60,7 +88,7 @@ def _plan(problem: Problem, options: Options, name: str) -> Plan:
     stops = np.concatenate([outputs, breakpoints])
     order = np.argsort(stops, kind="stable")
     every = 0 if options.output_times is not None else options.every or -(-grid_points // DEFAULT_POINTS)
-    return Plan(t0, t1, float(step), grid_points, every, stops[order], order < len(outputs))
+    return Plan(t0, t1, float(step), grid_points, every, stops[order], (order < len(outputs)).astype(np.int64))
 
 
 def _requested(times: NDArray[np.float64] | None, t0: float, t1: float, near: float) -> NDArray[np.float64]:
@@ -88,44 +116,51 @@ def _apart(
     return inside[np.diff(inside, prepend=-np.inf) > near]
 
 
-def _march(problem: Problem, plan: Plan, stages: int) -> March:
-    x = np.array(problem.initial_state, dtype=np.float64)
-    n, channels = len(x), max(1, len(problem.inputs.first))
-    points = 2 + int(plan.save_at_stop.sum()) + (plan.grid_points // plan.every if plan.every else 0)
-    march = March(
-        counts=np.zeros(5, dtype=np.int64),
-        time=np.array([plan.t0, np.nan]),
-        x=x,
-        x_stage=np.empty(n),
-        x_new=np.empty(n),
-        slope=np.zeros(n),
-        slopes=np.zeros(stages * n),
-        u=np.zeros(channels),
-        reader=reader_for(problem.inputs),
-        saved_t=np.empty(points),
-        saved_x=np.empty((points, n)),
+def _march(plan: Plan, n: int, limit: float) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """The march at its start, and the arrays it points into."""
+    room = 3 + int(plan.save_at_stop.sum()) + (plan.grid_points // plan.every if plan.every else 0)
+    arrays: dict[str, NDArray[Any]] = {
+        "stops": plan.stops,
+        "save_at_stop": plan.save_at_stop,
+        "saved_t": np.empty(room),
+        "saved_x": np.empty((room, n)),
+    }
+    march = record(
+        MARCH,
+        **{name: address(array) for name, array in arrays.items()},
+        n_stops=len(plan.stops),
+        grid_points=plan.grid_points,
+        every=plan.every,
+        room=room,
+        failed_state=-1,
+        restart=1,
+        t0=plan.t0,
+        t1=plan.t1,
+        step=plan.step,
+        now=plan.t0,
+        limit=limit,
+        failed_at=np.nan,
     )
-    march.counts[FAILED_STATE] = -1
-    _save_if_new(march)
-    return march
+    return march, arrays
 
 
-def _save_if_new(march: March) -> None:
-    place = march.counts[SAVED]
-    if place == 0 or march.saved_t[place - 1] < march.time[NOW]:
-        march.saved_t[place], march.saved_x[place] = march.time[NOW], march.x
-        march.counts[SAVED] = place + 1
+def _save_if_new(march: np.void, arrays: dict[str, NDArray[Any]], x: NDArray[np.float64]) -> None:
+    place = int(march["saved"])
+    if place == 0 or arrays["saved_t"][place - 1] < march["now"]:
+        arrays["saved_t"][place], arrays["saved_x"][place] = march["now"], x
+        march["saved"] = place + 1
 
 
-def _trajectory(march: March, status: Status, stages: int, wall_time: float) -> Trajectory:
+def _trajectory(
+    march: np.void, arrays: dict[str, NDArray[Any]], status: Status, stages: int, wall_time: float
+) -> Trajectory:
     """The saved points; a run that was cut short ends with its last state."""
-    _save_if_new(march)
-    points, steps = int(march.counts[SAVED]), int(march.counts[STEPS])
+    points, steps = int(march["saved"]), int(march["steps"])
     return Trajectory(
-        t=march.saved_t[:points].copy(),
-        states=march.saved_x[:points].copy(),
+        t=arrays["saved_t"][:points].copy(),
+        states=arrays["saved_x"][:points].copy(),
         status=status,
         statistics=Statistics(steps=steps, evaluations=steps * stages, wall_time=wall_time),
-        failed_at=float(march.time[FAILED_AT]),
-        failed_state=int(march.counts[FAILED_STATE]),
+        failed_at=float(march["failed_at"]),
+        failed_state=int(march["failed_state"]),
     )

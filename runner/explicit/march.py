@@ -4,171 +4,130 @@ The grid is t0 + k*step, computed, not accumulated. A step that contains a break
 output time is split there; the last step lands on t1.
 """
 
-from functools import cache
-from typing import Any, NamedTuple
-
 import numpy as np
-from numba import types
-from numpy.typing import NDArray
 
-from runner import abi
 from runner.compiled import compiled
-from runner.inputs.reader import read
-from runner.memory import LEAN
+from runner.explicit.step import evaluate_stages
+from runner.explicit.workspace import K0, NEW, Y, block, combine, copy, gather, look_up, settle, slope
+from runner.memory import BLOCK, LEAN, floats, integers, layout
 from runner.problem import Status
 
 #: Times closer than this part of a step are the same time.
 SNAP = 1e-9
-#: A stage looks its inputs up this part of a step inside the step: the limit from within where an input jumps there.
-SIDE = 1e-6
-#: Of the one function that Python calls: nothing here allocates, so references to the arrays need no counting.
-ENTRY = {"error_model": "numpy", "_nrt": False}
 RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)
 
-
-class Plan(NamedTuple):
-    """Where the steps end: grid points t0 + k*step for k = 1..grid_points - 1, then t1; and the stops between them.
-
-    stops (m,) rising times within (t0, t1), save_at_stop (m,) whether the state is saved there; every: grid points
-    between two saved ones, 0 for none.
-    """
-
-    t0: float
-    t1: float
-    step: float
-    grid_points: int
-    every: int
-    stops: NDArray[np.float64]
-    save_at_stop: NDArray[np.bool_]
+#: Fields of a march. stops (n_stops,): rising times within (t0, t1) that are landed on, save_at_stop whether the state
+#: is saved there; stop: the next one. The steps end at t0 + k*step for k = 1..grid_points - 1, then at t1; grid: those
+#: behind us; every: grid points between two saved ones, 0 for none. saved_t, saved_x: `room` points, of which `saved`
+#: are used. restart: the next step begins where the inputs may have changed; known: they are looked up at its start.
+#: now: time of the state; limit: the size at which a state counts as diverged; failed_at, failed_state: where it did.
+MARCH = layout(
+    "stops n_stops save_at_stop stop grid_points grid every saved_t saved_x room saved "
+    "steps failed_state restart known",
+    "t0 t1 step now limit failed_at",
+)
 
 
-class March(NamedTuple):
-    """Everything the loop keeps between two slices, and its work space.
-
-    counts: GRID, STOP, SAVED, STEPS, FAILED_STATE; time: NOW, FAILED_AT. x, x_stage, x_new, slope (n,),
-    slopes (s * n,), u (channels,), reader (see `reader_for`); saved_t (points,), saved_x (points, n).
-    """
-
-    counts: NDArray[np.int64]
-    time: NDArray[np.float64]
-    x: NDArray[np.float64]
-    x_stage: NDArray[np.float64]
-    x_new: NDArray[np.float64]
-    slope: NDArray[np.float64]
-    slopes: NDArray[np.float64]
-    u: NDArray[np.float64]
-    reader: NDArray[np.float64]
-    saved_t: NDArray[np.float64]
-    saved_x: NDArray[np.float64]
-
-
-GRID, STOP, SAVED, STEPS, FAILED_STATE = range(5)
-NOW, FAILED_AT = range(2)
-
-
-@compiled(**LEAN)
-def combine(x, h, weights, row, count, slopes, result):
-    """Write x + h * sum of weights[row + j] * slopes[j], j < count; vanishing weights cost nothing, not all vanish."""
-    n = len(x)
-    fresh = True
-    for j in range(count):
-        weight = h * weights[row + j]
-        if weight == 0.0:
-            continue
-        if fresh:
-            for i in range(n):
-                result[i] = x[i] + weight * slopes[j * n + i]
-        else:
-            for i in range(n):
-                result[i] += weight * slopes[j * n + i]
-        fresh = False
-
-
-@compiled(**LEAN)
-def all_within(x, limit):
-    """Whether every |x[i]| <= limit; NaN is not."""
-    outside = 0
-    for i in range(len(x)):
-        outside += not abs(x[i]) <= limit
-    return outside == 0
-
-
-@compiled(**LEAN)
-def first_to_leave(slopes, x):
-    """Index of the state that diverged: the first with a non-finite slope, stage by stage, else the largest."""
-    for i in range(len(slopes)):
-        if not np.isfinite(slopes[i]):
-            return i % len(x)
-    largest = 0
-    for i in range(len(x)):
-        if not np.isfinite(x[i]):
-            return i
-        if abs(x[i]) > abs(x[largest]):
-            largest = i
-    return largest
-
-
-@compiled(**LEAN)
-def save(march, t):
-    """Append time and state to the saved points."""
-    place = march.counts[SAVED]
-    march.saved_t[place] = t
-    for i in range(len(march.x)):
-        march.saved_x[place, i] = march.x[i]
-    march.counts[SAVED] = place + 1
-
-
-def advance(rhs, A, b, c, constants, inputs, n_inputs, plan, march, limit, most_steps):
-    """March at most `most_steps` steps; returns a Status. Compiled once for all models by `compiled_advance`.
-
-    A (s * s,), b, c (s,). The step is written out here: as a function of its own it would cost a tenth more.
-    """
-    counts, stops, reader, u = march.counts, plan.stops, march.reader, march.u
-    x, x_stage, x_new, slope, slopes = march.x, march.x_stage, march.x_new, march.slope, march.slopes
-    k, stop, t, near, stages, n = counts[GRID], counts[STOP], march.time[NOW], SNAP * plan.step, len(b), len(x)
-    ends_at_target, known_at = c[stages - 1] == 1.0, np.nan
+def advance(space, tableau, march, most_steps):
+    """March at most `most_steps` steps; returns a Status."""
     status = RUNNING
     for _ in range(most_steps):
-        grid = plan.t0 + (k + 1) * plan.step if k + 1 < plan.grid_points else plan.t1
-        at_stop = stop < len(stops) and stops[stop] <= grid + near
-        target = stops[stop] if at_stop else grid
-        h = target - t
-        for stage in range(stages):
-            if (stage == 0 and t != known_at) or (stage > 0 and c[stage] != c[stage - 1]):
-                side = t + min(max(c[stage], SIDE), 1.0 - SIDE) * h
-                read(inputs, reader, t + c[stage] * h, side, n_inputs, u)
-            if stage == 0:
-                rhs(t, x, u, constants, slope)
-            else:
-                combine(x, h, A, stage * stages, stage, slopes, x_stage)
-                rhs(t + c[stage] * h, x_stage, u, constants, slope)
-            for i in range(n):
-                slopes[stage * n + i] = slope[i]
-        combine(x, h, b, 0, stages, slopes, x_new)
-        counts[STEPS] += 1
-        if not all_within(x_new, limit):
-            march.time[FAILED_AT] = target
-            counts[FAILED_STATE] = first_to_leave(slopes, x_new)
-            status = NON_FINITE
-            break
-        for i in range(n):
-            x[i] = x_new[i]
-        t = target
-        known_at = t if ends_at_target and not at_stop else np.nan
-        at_grid = not at_stop or target >= grid - near
-        k += at_grid
-        finished = k == plan.grid_points
-        if finished or (at_stop and plan.save_at_stop[stop]) or (at_grid and plan.every > 0 and k % plan.every == 0):
-            save(march, t)
-        stop += at_stop
-        if finished:
-            status = FINISHED
-            break
-    counts[GRID], counts[STOP], march.time[NOW] = k, stop, t
+        target = next_target(march)
+        take_step(space, tableau, march, target - march.now)
+        march.steps += 1
+        if outside(space, march.limit) > 0:
+            march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
+            return NON_FINITE
+        copy(space, NEW, Y)
+        status = land(space, march, target)
+        if status != RUNNING:
+            return status
     return status
 
 
-@cache
-def compiled_advance(*arguments: Any) -> Any:
-    """`advance` for arguments of these numba types, after the leading kernel."""
-    return compiled(types.int64(abi.RHS, *arguments), **ENTRY)(advance)
+@compiled(**LEAN)
+def next_grid_point(march):
+    """The end of the step where nothing lies within."""
+    return march.t0 + (march.grid + 1) * march.step if march.grid + 1 < march.grid_points else march.t1
+
+
+@compiled(**LEAN)
+def next_stop(march):
+    """The next stop, infinite after the last."""
+    return floats(march.stops, march.n_stops)[march.stop] if march.stop < march.n_stops else np.inf
+
+
+@compiled(**LEAN)
+def next_target(march):
+    """Where the next step ends."""
+    stop, grid = next_stop(march), next_grid_point(march)
+    return stop if stop <= grid + SNAP * march.step else grid
+
+
+@compiled(**LEAN)
+def take_step(space, tableau, march, h):
+    """From Y at march.now: the slopes and NEW, a step h on."""
+    t = march.now
+    if march.restart:
+        settle(space, t, min(next_stop(march), march.t1) - t)
+    elif not march.known:
+        look_up(space, t, h, 0.0)
+    slope(space, t, Y, K0)
+    evaluate_stages(space, tableau, t, h, np.int64(1), tableau.stages)
+    combine(space, h, Y, tableau.b, tableau.stages, NEW)
+    march.known = floats(tableau.c, tableau.stages)[tableau.stages - 1] == 1.0
+
+
+@compiled(**LEAN)
+def land(space, march, target):
+    """Make `target` the present time, and save the state if it is to be saved; returns a status."""
+    at_stop = next_stop(march) <= target
+    at_grid = not at_stop or target >= next_grid_point(march) - SNAP * march.step
+    march.now, march.restart = target, at_stop
+    march.grid += at_grid
+    finished = march.grid == march.grid_points
+    wanted = at_stop and integers(march.save_at_stop, march.n_stops)[march.stop] != 0
+    wanted = wanted or (at_grid and march.every > 0 and march.grid % march.every == 0)
+    march.stop += at_stop
+    if finished or wanted:
+        save(space, march)
+    return FINISHED if finished else RUNNING
+
+
+@compiled(**LEAN)
+def save(space, march):
+    """Append the state, unless the last point is of this time."""
+    place = march.saved
+    times = floats(march.saved_t, march.room)
+    if place == 0 or times[place - 1] < march.now:
+        times[place] = march.now
+        gather(space, Y, floats(march.saved_x + 8 * space.n * place, space.n))
+        march.saved = place + 1
+
+
+@compiled(**LEAN)
+def outside(space, limit):
+    """How many new states are larger than the limit or not a number."""
+    count = 0
+    for b in range(space.blocks):
+        w = block(space, b)
+        for m in range(BLOCK):
+            count += not abs(w[NEW + m]) <= limit
+    return count
+
+
+@compiled(**LEAN)
+def first_to_leave(space, stages):
+    """Index of the state that diverged: the first with a non-finite slope, stage by stage, else the largest."""
+    for stage in range(stages):
+        for i in range(space.n):
+            if not np.isfinite(block(space, i // BLOCK)[K0 + BLOCK * stage + i % BLOCK]):
+                return i
+    largest, size = 0, -1.0
+    for i in range(space.n):
+        state = abs(block(space, i // BLOCK)[NEW + i % BLOCK])
+        if not np.isfinite(state):
+            return i
+        if state > size:
+            largest, size = i, state
+    return largest

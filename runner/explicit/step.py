@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner.compiled import compiled
+from runner.explicit.tableau import ButcherTableau
 from runner.explicit.tableau_adaptive import EmbeddedPair
 from runner.explicit.workspace import (
     ERROR,
@@ -92,13 +93,8 @@ def interpolate(space, pair, theta, h):
 def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
     """The coefficients as the compiled step reads them, and the array that holds them."""
     A, P, E = pair.dense.A, pair.dense.P.T, pair.error_weights
-    blocks = {"A": A, "b": pair.tableau.b[None], "c": pair.dense.c[None], "E": E, "P": P, "weights": np.zeros((1, 1))}
-    table = np.zeros((sum(map(len, blocks.values())), MOST_STAGES))
-    places, row = {}, 0
-    for name, values in blocks.items():
-        table[row : row + len(values), : values.shape[1]] = values
-        places[name] = address(table) + ROW * row
-        row += len(values)
+    rows = {"A": A, "b": pair.tableau.b[None], "c": pair.dense.c[None], "E": E, "P": P, "weights": np.zeros((1, 1))}
+    table, places = _table(rows)
     return record(
         PAIR,
         **places,
@@ -108,3 +104,20 @@ def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
         estimates=len(E),
         degree=len(P),
     ), table
+
+
+def tableau_for(tableau: ButcherTableau) -> tuple[np.void, NDArray[np.float64]]:
+    """The same of a tableau without error estimate and dense output."""
+    table, places = _table({"A": tableau.A, "b": tableau.b[None], "c": tableau.c[None]})
+    return record(PAIR, **places, stages=tableau.stages, all_stages=tableau.stages), table
+
+
+def _table(blocks: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.float64], dict[str, int]]:
+    """Blocks of rows under each other, rows of MOST_STAGES, and the address of each block."""
+    table = np.zeros((sum(map(len, blocks.values())), MOST_STAGES))
+    places, row = {}, 0
+    for name, values in blocks.items():
+        table[row : row + len(values), : values.shape[1]] = values
+        places[name] = address(table) + ROW * row
+        row += len(values)
+    return table, places
