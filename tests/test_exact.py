@@ -14,7 +14,7 @@ from scipy.linalg import expm
 
 import qddot
 from runner import abi
-from runner.exact import exponential, run, taylor
+from runner.exact import ladder, run, taylor
 from runner.inputs.signal import stack
 from runner.inputs.tables import table
 from runner.load import available, load
@@ -269,7 +269,7 @@ def test_a_study_runs_exactly(tmp_path):
 
 def test_the_bounds_of_the_taylor_polynomials_bound_their_backward_error():
     """Of T_m(x) = exp(x + sum of c_k x^k, k > m), sum of |c_k| theta^(k-1) <= 2^-53 (Al-Mohy, Higham 2011, eq. 3.6)."""
-    for m, theta in ((16, exponential.THETA_16), (8, taylor.THETA[8]), (12, taylor.THETA[12]), (24, taylor.THETA[24])):
+    for m, theta in ((16, ladder.THETA_16), (8, taylor.THETA[8]), (12, taylor.THETA[12]), (24, taylor.THETA[24])):
         assert 0.3 < _backward_error(m, theta) * 2**53 <= 1.0, m
 
 
