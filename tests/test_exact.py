@@ -138,6 +138,12 @@ def test_an_input_much_faster_than_the_system_does_not_spoil_it():
     assert abs(s.states[-1, 0] - exact) < 1e-13
 
 
+def test_a_sine_too_fast_for_any_rung_of_the_grid_is_survived():
+    signal = qddot.sine(1.0, 1e14)
+    s = propagate([[0, 1], [-1, 0]], PUSHED, [1.0, 0.0], (0, 4e-11), [signal], step=1e-11)
+    np.testing.assert_allclose(s.states[:, 0], 1.0, rtol=0, atol=1e-12)
+
+
 def test_very_different_rates_live_side_by_side():
     A = np.diag([-1e6, -1.0, 0.0])
     s = propagate(A, [[1e6], [1.0], [1.0]], [0.0, 0.0, 0.0], (0, 5), output_times=[1e-6, 1.0, 5.0])

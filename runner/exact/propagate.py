@@ -64,6 +64,8 @@ def drive(s):
     if not s.driving:
         set_driver_rows(s)
         s.driving = 1
+        if s.grid_level >= LEVELS:  # A sine so fast that the rungs had to become shorter.
+            s.grid = NONE
     set_drivers(s)
 
 
