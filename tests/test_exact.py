@@ -14,7 +14,7 @@ from scipy.linalg import expm
 
 import qddot
 from runner import abi
-from runner.exact import exponential, run, taylor
+from runner.exact import ladder, run, taylor
 from runner.inputs.signal import stack
 from runner.inputs.tables import table
 from runner.load import available, load
@@ -136,6 +136,12 @@ def test_an_input_much_faster_than_the_system_does_not_spoil_it():
     s = propagate([[0, 1], [-1, 0]], PUSHED, [1.0, 0.0], (0, 10), [signal], output_times=[10.0])
     exact = np.cos(10.0) + (np.sin(w * 10) - w * np.sin(10.0)) / (1 - w * w)
     assert abs(s.states[-1, 0] - exact) < 1e-13
+
+
+def test_a_sine_too_fast_for_any_rung_of_the_grid_is_survived():
+    signal = qddot.sine(1.0, 1e14)
+    s = propagate([[0, 1], [-1, 0]], PUSHED, [1.0, 0.0], (0, 4e-11), [signal], step=1e-11)
+    np.testing.assert_allclose(s.states[:, 0], 1.0, rtol=0, atol=1e-12)
 
 
 def test_very_different_rates_live_side_by_side():
@@ -269,7 +275,7 @@ def test_a_study_runs_exactly(tmp_path):
 
 def test_the_bounds_of_the_taylor_polynomials_bound_their_backward_error():
     """Of T_m(x) = exp(x + sum of c_k x^k, k > m), sum of |c_k| theta^(k-1) <= 2^-53 (Al-Mohy, Higham 2011, eq. 3.6)."""
-    for m, theta in ((16, exponential.THETA_16), (8, taylor.THETA[8]), (12, taylor.THETA[12]), (24, taylor.THETA[24])):
+    for m, theta in ((16, ladder.THETA_16), (8, taylor.THETA[8]), (12, taylor.THETA[12]), (24, taylor.THETA[24])):
         assert 0.3 < _backward_error(m, theta) * 2**53 <= 1.0, m
 
 

@@ -1,7 +1,7 @@
 """The compiled functions that Python calls for a single run."""
 
 from runner.exact.balance import begin
-from runner.exact.propagate import advance_some
+from runner.exact.propagate import advance_some, start
 
 
 def begin_run(s, table, A, B, x):
@@ -10,6 +10,7 @@ def begin_run(s, table, A, B, x):
     s.first, s.last = table.first.ctypes.data, table.last.ctypes.data
     s.rate, s.offset, s.order = table.rate.ctypes.data, table.offset.ctypes.data, table.order.ctypes.data
     begin(s, A, B, x)
+    start(s)
 
 
 def advance(s, most):

@@ -5,12 +5,15 @@ import math
 import numpy as np
 
 from runner.compiled import compiled
-from runner.exact.exponential import ROW, clear, driving_block, matrix_size
+from runner.exact.ladder import ROW, THETA_16, M, driving_block, place
 from runner.exact.space import POWERS
 from runner.memory import BLOCK, LEAN, floats, integers, matrix, weighted_sum
 
 #: Of a table of pieces.
 COLUMNS = 8
+#: Powers of time count it in so many delta, the fastest sine turns by no more than FAST rad in delta, and no row of
+#: drivers sums up to more than DRIVE: all rows of M then have norms below THETA_16.
+SLOW, FAST, DRIVE = 16.0, 0.5, 0.25
 
 
 @compiled(**LEAN)
@@ -102,45 +105,78 @@ def highest_frequency(s):
 
 
 @compiled(**LEAN)
-def augment(s, h):
-    """Write M of one step h from s.t, time counted in steps, and the drivers p at its start.
-
-    The rows below A are the powers 1, s, s^2, ... and the pairs sin, cos. Each group is scaled so that its drive is no
-    larger than A: what it drives then does not decide how finely A is scaled (Al-Mohy, Higham, 2011, section 4).
-    """
-    n, powers = s.n, s.degree + 1
-    s.q = powers + 2 * s.frequencies
-    rows, width = n + s.q, BLOCK * s.panels
-    clear(s.M, matrix_size(n, s.q))
+def set_steps(s, longest):
+    """Choose delta, `longest` halved until a step is short for A and for the sines; the ladder starts anew."""
+    s.delta, s.grid_level = longest, 0
+    while s.delta * s.nu > THETA_16 or s.delta * highest_frequency(s) > FAST:
+        s.delta *= 0.5
+        s.grid_level += 1
+    s.turns = 0
     for b in range(s.panels):
-        A, M = floats(s.A + ROW * n * b, BLOCK * n), floats(s.M + ROW * rows * b, BLOCK * n)
-        for i in range(BLOCK * n):
-            M[i] = h * A[i]
-    factor = h
-    for power in range(powers):
-        place_row(s, n + power, s.g + 8 * width * power, factor)
-        factor *= h
-    for f in range(s.frequencies):
-        place_row(s, n + powers + 2 * f, s.sine + 8 * width * f, h)
-        place_row(s, n + powers + 2 * f + 1, s.cosine + 8 * width * f, h)
-    p, J, bound = floats(s.p, s.q), driving_block(s.M, n, s.q), max(1.0, h * s.nu)
-    beta = scale_rows(s, n, n + powers, bound)
-    for power in range(powers):
-        p[power] = 1.0 / beta if power == 0 else 0.0
-        if power > 0:
-            put(J, s.q, power - 1, power, float(power))
-    for f in range(s.frequencies):
-        first, angle = powers + 2 * f, h * floats(s.omega, s.frequencies)[f]
-        beta = scale_rows(s, n + first, n + first + 2, bound)
-        p[first], p[first + 1] = 0.0, 1.0 / beta
-        put(J, s.q, first, first + 1, -angle)
-        put(J, s.q, first + 1, first, angle)
+        A, M_rows = (
+            floats(s.A + ROW * s.n * b, BLOCK * s.n),
+            floats(place(s, M) + ROW * (s.n + s.q_max) * b, BLOCK * s.n),
+        )
+        for i in range(BLOCK * s.n):
+            M_rows[i] = s.delta * A[i]
 
 
 @compiled(**LEAN)
-def put(base, q, row, column, value):
+def set_driver_rows(s):
+    """Write the rows of M below A for the forcing that `force` found at s.t, from which the drivers count their time.
+
+    The drivers are the powers of time / (SLOW delta), and the pairs sin, cos. Each group is scaled so that its drive
+    is no larger than A is allowed to be: what it drives then does not decide how long delta is (Al-Mohy, Higham, 2011,
+    section 4).
+    """
+    if s.delta * highest_frequency(s) > FAST:
+        set_steps(s, s.spacing if s.spacing > 0.0 else s.delta)
+    n, powers, width = s.n, s.degree + 1, BLOCK * s.panels
+    s.q, s.origin, s.driver_turns = powers + 2 * s.frequencies, s.t, 0
+    J, beta = driving_block(s, place(s, M)), floats(s.beta, s.q)
+    clear(J, BLOCK * -(-s.q // BLOCK) * s.q_max)
+    factor = s.delta
+    for power in range(powers):
+        place_row(s, n + power, s.g + 8 * width * power, factor)
+        factor *= SLOW * s.delta
+        if power > 0:
+            put(s, J, power - 1, power, power / SLOW)
+    beta[0] = scale_rows(s, n, n + powers)
+    for f in range(s.frequencies):
+        row, angle = powers + 2 * f, s.delta * floats(s.omega, s.frequencies)[f]
+        place_row(s, n + row, s.sine + 8 * width * f, s.delta)
+        place_row(s, n + row + 1, s.cosine + 8 * width * f, s.delta)
+        beta[row] = scale_rows(s, n + row, n + row + 2)
+        put(s, J, row, row + 1, -angle)
+        put(s, J, row + 1, row, angle)
+
+
+@compiled(**LEAN)
+def set_drivers(s):
+    """Write the drivers p at s.t."""
+    p, beta, since = floats(s.p, s.q), floats(s.beta, s.q), s.t - s.origin
+    powers = s.q - 2 * s.frequencies
+    value = 1.0 / beta[0]
+    for power in range(powers):
+        p[power] = value
+        value *= since / (SLOW * s.delta)
+    for f in range(s.frequencies):
+        row, angle = powers + 2 * f, floats(s.omega, s.frequencies)[f] * since
+        p[row], p[row + 1] = math.sin(angle) / beta[row], math.cos(angle) / beta[row]
+
+
+@compiled(**LEAN)
+def clear(base, count):
+    """Write `count` zeros."""
+    target = floats(base, count)
+    for i in range(count):
+        target[i] = 0.0
+
+
+@compiled(**LEAN)
+def put(s, base, row, column, value):
     """Set an element of J."""
-    floats(base, BLOCK * -(-q // BLOCK) * q)[BLOCK * (q * (column // BLOCK) + row) + column % BLOCK] = value
+    floats(base + ROW * (s.q_max * (column // BLOCK) + row), BLOCK)[column % BLOCK] = value
 
 
 @compiled(**LEAN)
@@ -148,28 +184,28 @@ def place_row(s, row, source, factor):
     """Write factor * vector into a row of M."""
     for b in range(s.panels):
         vector = floats(source + ROW * b, BLOCK)
-        target = floats(s.M + ROW * ((s.n + s.q) * b + row), BLOCK)
+        target = floats(place(s, M) + ROW * ((s.n + s.q_max) * b + row), BLOCK)
         for i in range(BLOCK):
             target[i] = factor * vector[i]
 
 
 @compiled(**LEAN)
-def scale_rows(s, first, end, bound):
-    """Multiply rows of M by the power of two that makes the largest of them about `bound`; returns it."""
+def scale_rows(s, first, end):
+    """Multiply rows of M by the power of two that makes the largest of them DRIVE or less; returns it."""
     largest = 0.0
     for row in range(first, end):
         total = 0.0
         for b in range(s.panels):
-            source = floats(s.M + ROW * ((s.n + s.q) * b + row), BLOCK)
+            source = floats(place(s, M) + ROW * ((s.n + s.q_max) * b + row), BLOCK)
             for i in range(BLOCK):
                 total += abs(source[i])
         largest = max(largest, total)
     if not 0.0 < largest < np.inf:
         return 1.0
-    beta = math.ldexp(1.0, -math.frexp(largest / bound)[1])
+    beta = math.ldexp(DRIVE, -math.frexp(largest)[1])
     for row in range(first, end):
         for b in range(s.panels):
-            target = floats(s.M + ROW * ((s.n + s.q) * b + row), BLOCK)
+            target = floats(place(s, M) + ROW * ((s.n + s.q_max) * b + row), BLOCK)
             for i in range(BLOCK):
                 target[i] *= beta
     return beta

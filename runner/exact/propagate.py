@@ -7,10 +7,10 @@ series; a long one by one exponential; many equal ones within a segment by one e
 import math
 
 from runner.compiled import compiled
-from runner.exact.exponential import ROW, driving_block, exponential, squarings_for
-from runner.exact.forcing import augment, force, look_up
-from runner.exact.taylor import LONGEST, degree_for, largest_rate, taylor_step
-from runner.memory import BLOCK, LEAN, floats, matrix, weighted_sum
+from runner.exact.forcing import force, look_up, set_driver_rows, set_drivers, set_steps
+from runner.exact.ladder import LEVELS, TURNS, apply, go_up, level_for, reach
+from runner.exact.taylor import LONGEST, THETA, degree_for, largest_rate, taylor_step
+from runner.memory import LEAN, floats, matrix
 from runner.problem import Status
 
 RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)
@@ -36,59 +36,63 @@ def series_cost(s, h):
 
 
 @compiled(**LEAN)
-def exponential_cost(s, h):
-    """Cost of an exponential for a step of length h."""
-    q = s.degree + 1 + 2 * s.frequencies
-    products = 7 + squarings_for(h * largest_rate(s))
-    return products * (s.panels * ((s.n + q) * s.n + q * q) + q * q * -(-q // BLOCK))
+def start(s):
+    """Begin a run at s.t, A and the wanted times being set."""
+    s.degree, s.frequencies = 0, 0
+    set_steps(s, s.spacing if s.spacing > 0.0 else s.t1 - s.t)
 
 
 @compiled(**LEAN)
-def prepare(s, h):
-    """Write Y of a step h from s.t."""
-    augment(s, h)
-    Y = exponential(s.n, s.q, s.M, s.M_2, s.M_3, s.M_4, s.Y, s.room)
-    if Y != s.Y:
-        s.Y, s.room = Y, s.Y
-    s.exponentials += 1
+def rows_cost(s, level):
+    """Cost of the rows of the ladder up to a level that are not there yet."""
+    turns, q = TURNS + level, s.degree + 1 + 2 * s.frequencies
+    known = s.driver_turns if s.driving else 0
+    return s.panels * (s.n * s.n * max(0, turns - s.turns) + q * (s.n + 2 * q) * max(0, turns - known))
 
 
 @compiled(**LEAN)
-def apply(s):
-    """Move x and the drivers p by the step that Y is of."""
-    n, q, rows = s.n, s.q, s.n + s.q
-    for b in range(s.panels):
-        base = s.Y + ROW * rows * b
-        weighted_sum(s.x + ROW * b, 1.0, s.x, n, base, s.y + ROW * b)
-        weighted_sum(s.y + ROW * b, 1.0, s.p, q, base + ROW * n, s.y + ROW * b)
-    J = driving_block(s.Y, n, q)
-    for b in range(-(-q // BLOCK)):
-        weighted_sum(s.p + ROW * b, 1.0, s.p, q, J + ROW * q * b, s.p_next + ROW * b)
-    s.x, s.y = s.y, s.x
-    s.p, s.p_next = s.p_next, s.p
-    s.products += 1
+def ladder_cost(s, h):
+    """Cost of a way of length h over the ladder, and the rest by series."""
+    level = level_for(h / s.delta)
+    rest = THETA.size // 2 * s.n if s.spacing == 0.0 or h != s.spacing else 0
+    return rows_cost(s, level) + WAITING * s.panels * (s.n * (0.5 * level + 1.0) + rest)
 
 
 @compiled(**LEAN)
-def grid_pays(s, wanted):
-    """Whether x is at one of the evenly spaced times, and those left in the segment are worth an exponential."""
+def drive(s):
+    """Have the drivers of this segment, at s.t."""
+    if not s.driving:
+        set_driver_rows(s)
+        s.driving = 1
+        if s.grid_level >= LEVELS:  # A sine so fast that the rungs had to become shorter.
+            s.grid = NONE
+    set_drivers(s)
+
+
+@compiled(**LEAN)
+def on_grid(s, wanted):
+    """Whether the way to the wanted time, in this segment, is one of the even ones."""
     before = floats(s.outputs, s.n_outputs)[s.next_output - 1]
-    if not s.first_even < s.next_output <= s.last_even or abs(s.t - before) > s.near or wanted > s.segment_end:
-        return False
-    left = min(s.last_even - s.next_output + 1, int((s.segment_end - s.t) / s.spacing + 1e-6))
-    once = exponential_cost(s, s.spacing)
-    return left > 1 and once + WAITING * s.n * s.panels * left < left * min(series_cost(s, s.spacing), once)
+    even = s.first_even < s.next_output <= s.last_even and s.grid_level < LEVELS
+    return even and abs(s.t - before) <= s.near and wanted <= s.segment_end
 
 
 @compiled(**LEAN)
-def exponential_for(s, wanted, h):
-    """The step of which an exponential pays now: that of the grid, the way h to the next stop, or 0 for none."""
-    if s.grid == UNDECIDED and s.next_output > s.first_even:
-        s.grid = NONE
-        if grid_pays(s, wanted):
-            s.grid = READY
-            return s.spacing
-    return h if exponential_cost(s, h) < series_cost(s, h) else 0.0
+def grid_pays(s):
+    """Whether a rung of the length of the even ways left in this segment is worth having."""
+    left = min(s.last_even - s.next_output + 1, int((s.segment_end - s.t) / s.spacing + 1e-6))
+    by_rung = rows_cost(s, s.grid_level) + WAITING * s.n * s.panels * left
+    return by_rung < left * series_cost(s, s.spacing)
+
+
+@compiled(**LEAN)
+def by_ladder(s, wanted, h):
+    """Whether the ladder is the way to go h; decides on the grid where x is at the first of its times in a segment."""
+    if s.grid == UNDECIDED and on_grid(s, wanted):
+        s.grid = READY if grid_pays(s) else NONE
+        if s.grid == READY:
+            return True
+    return h >= s.delta and ladder_cost(s, h) < series_cost(s, h)
 
 
 @compiled(**LEAN)
@@ -112,6 +116,29 @@ def leaving(s):
 
 
 @compiled(**LEAN)
+def step(s, wanted, stop):
+    """Go towards the next stop; returns the time that was reached."""
+    if s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even:
+        apply(s, s.grid_level)
+        return stop
+    h = stop - s.t
+    force(s)
+    if by_ladder(s, wanted, h):
+        drive(s)
+        if s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even:
+            reach(s, s.grid_level)
+            apply(s, s.grid_level)
+            return stop
+        whole = math.floor(min(h / s.delta, 2.0**52))
+        go_up(s, whole)
+        return min(s.t + whole * s.delta, stop)
+    parts = parts_for(s, h)
+    stop = stop if parts == 1 else s.t + h / parts
+    taylor_step(s, stop - s.t)
+    return stop
+
+
+@compiled(**LEAN)
 def advance_some(s, most):
     """Go on until the last wanted time, or until about `most` row operations are done; returns a Status.
 
@@ -121,30 +148,15 @@ def advance_some(s, most):
     while done < most:
         if s.t >= s.segment_end:
             look_up(s)
-            s.grid = UNDECIDED
+            s.grid, s.driving = UNDECIDED, 0
         wanted = floats(s.outputs, s.n_outputs)[s.next_output]
-        stop = min(wanted, s.segment_end)
-        ready = s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even
-        if not ready:
-            force(s)
-            h = exponential_for(s, wanted, stop - s.t)
-            ready = h > 0.0
-            if ready:
-                prepare(s, h)
-                done += exponential_cost(s, h)
-        if ready:
-            apply(s)
-        else:
-            parts = parts_for(s, stop - s.t)
-            stop = stop if parts == 1 else s.t + (stop - s.t) / parts
-            taylor_step(s, stop - s.t)
+        s.t = step(s, wanted, min(wanted, s.segment_end))
         done += STEP_COST * s.n * s.panels
-        s.t = stop
         s.steps += 1
         s.failed_state = leaving(s)
         if s.failed_state >= 0:
             return NON_FINITE
-        if stop >= wanted - s.near:
+        if s.t >= wanted - s.near:
             save(s)
             if s.next_output == s.n_outputs:
                 return FINISHED

@@ -7,7 +7,7 @@ import numpy as np
 from runner.compiled import compiled
 from runner.exact.balance import begin
 from runner.exact.forcing import COLUMNS
-from runner.exact.propagate import NON_FINITE, RUNNING, advance_some, leaving
+from runner.exact.propagate import NON_FINITE, RUNNING, advance_some, leaving, start
 from runner.memory import LEAN, floats, integers, layout, matrix
 from runner.pointers import call_kernel, call_linear
 
@@ -85,12 +85,15 @@ def all_inputs(batch, s, cursor, t, u):
         cursor[i] = k
         since = rate * t + offset - pieces[k, 0]
         a, b, c, d = pieces[k, 1], pieces[k, 2], pieces[k, 3], pieces[k, 4]
-        angle = pieces[k, 6] * since + pieces[k, 7]
+        amplitude, angle = pieces[k, 5], pieces[k, 6] * since + pieces[k, 7]
         if integers(s.order, channels)[i] == 0:
-            u[i] = a + since * (b + since * (c + since * d)) + pieces[k, 5] * math.sin(angle)
+            u[i] = a + since * (b + since * (c + since * d))
+            if amplitude != 0.0:
+                u[i] += amplitude * math.sin(angle)
         else:
-            wave = pieces[k, 5] * pieces[k, 6] * math.cos(angle)
-            u[i] = rate * (b + since * (2.0 * c + since * 3.0 * d) + wave)
+            u[i] = rate * (b + since * (2.0 * c + since * 3.0 * d))
+            if amplitude != 0.0:
+                u[i] += rate * amplitude * pieces[k, 6] * math.cos(angle)
 
 
 @compiled(**LEAN)
@@ -128,10 +131,10 @@ def finish(batch, s, run, status):
     integers(batch.status, run + 1)[run] = status
 
 
-def propagate_runs(batch, s, A, B, pieces_of, u, y, start, end):
-    """Propagate the runs from `start` to `end` - 1. A, B, pieces_of, u, y: room, see `batch`."""
+def propagate_runs(batch, s, A, B, pieces_of, u, y, first, end):
+    """Propagate the runs from `first` to `end` - 1. A, B, pieces_of, u, y: room, see `batch`."""
     s.limit = batch.limit
-    for run in range(start, end):
+    for run in range(first, end):
         c = floats(batch.constants + 8 * run * batch.n_constants, batch.n_constants)
         call_linear(batch.linear, c, A, B)
         initial = floats(batch.initial + 8 * run * s.n, s.n)
@@ -141,8 +144,9 @@ def propagate_runs(batch, s, A, B, pieces_of, u, y, start, end):
             saved[i] = initial[i]
         set_inputs(batch, s, run, pieces_of)
         wanted_times(batch, s, run)
-        s.steps, s.products, s.failed_state = 0, 0, -1
-        status = NON_FINITE if leaving(s) >= 0 else RUNNING
+        start(s)
+        s.steps, s.products, s.failed_state = 0, 0, leaving(s)
+        status = NON_FINITE if s.failed_state >= 0 else RUNNING
         while status == RUNNING:
             status = advance_some(s, MOST)
         finish(batch, s, run, status)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from runner.exact.ladder import LEVELS, Y
 from runner.inputs.signal import AMPLITUDE, InputTable
 from runner.memory import BLOCK, layout
 
@@ -19,19 +20,21 @@ POWERS = 4
 
 #: Addresses within the work space: A, B (channels + 1 rows) in panels; scale; the state x; the Taylor terms y, y_next;
 #: zeros. Of the current forcing: values (POWERS, channels + 1), g (POWERS vectors), omega, sine and cosine (a vector
-#: for each frequency), the drivers p and p_next. The matrices M, M_2, M_3, M_4, Y and room for one more.
-#: n states in `panels` panels, `channels` inputs. pieces, first, last, rate, offset, order: of the input table; cursor:
-#: the piece of each channel. outputs: `n_outputs` wanted times from the start to the end of the run, saved: the states
-#: there; next_output: the first not reached; those from first_even to last_even are `spacing` apart. grid: see
-#: `advance`. degree, frequencies, q functions that drive the states: of the current forcing. steps, products,
-#: exponentials: counts for the statistics.
-#: nu: 1-norm of A; t: of x; segment_end: until when no input changes its piece; near: times this close are the same.
+#: for each frequency). The drivers p, p_next and their scales beta; the matrices of `ladder`, matrix_bytes each.
+#: n states in `panels` panels, `channels` inputs that drive them; q drivers, no more than q_max. turns, driver_turns:
+#: how far the ladder is computed; delta: length of its first rung; grid_level: the rung of `spacing`. pieces, first,
+#: last, rate, offset, order: of the input table; cursor: the piece of each channel. outputs: `n_outputs` wanted times
+#: from the start to the end of the run, saved: the states there; next_output: the first not reached; those from
+#: first_even to last_even are `spacing` apart. Of the segment: grid: see `propagate`; driving: whether the drivers are
+#: its own, from the time `origin` on; degree, frequencies: of its forcing; segment_end. steps, products, exponentials:
+#: counts. nu: 1-norm of A; t: of x; near: times this close are the same; limit: a state beyond it has diverged.
 SPACE = layout(
-    "A B scale x y y_next zeros values g omega sine cosine p p_next M M_2 M_3 M_4 Y room "
-    "n panels channels pieces n_pieces first last rate offset order cursor "
-    "outputs n_outputs saved next_output first_even last_even grid degree frequencies q "
+    "A B scale x y y_next zeros values g omega sine cosine p p_next beta matrices "
+    "n panels channels q_max matrix_bytes turns driver_turns grid_level "
+    "pieces n_pieces first last rate offset order cursor "
+    "outputs n_outputs saved next_output first_even last_even grid driving degree frequencies q "
     "steps products exponentials failed_state",
-    "spacing nu t segment_end t1 near limit",
+    "spacing nu delta origin t segment_end t1 near limit",
 )
 
 
@@ -47,6 +50,8 @@ class Arrays(NamedTuple):
 def space_for(n: int, inputs: InputTable, channels: int, outputs: NDArray[np.float64]) -> tuple[np.void, Arrays]:
     """A space for n states, the first `channels` inputs and wanted times (m,) from the start on."""
     sines = channels if inputs.pieces[:, AMPLITUDE].any() else 0
+    q_max = POWERS + 2 * sines
+    matrix = _matrix(n, q_max)
     offsets, length = _places(n, channels, sines)
     arrays = Arrays(
         work=np.zeros(length),
@@ -57,6 +62,7 @@ def space_for(n: int, inputs: InputTable, channels: int, outputs: NDArray[np.flo
     fields = np.zeros(len(SPACE.names or ()), dtype=np.int64)
     fields[: len(offsets)] = offsets + -(-arrays.work.ctypes.data // CACHE_LINE) * CACHE_LINE
     s = fields.view(SPACE)[0]
+    s["q_max"], s["matrix_bytes"] = q_max, 8 * matrix
     s["n"], s["panels"], s["channels"], s["n_outputs"] = n, -(-n // BLOCK), channels, len(outputs)
     s["cursor"], s["outputs"], s["saved"] = (array.ctypes.data for array in arrays[1:])
     return s, arrays
@@ -68,12 +74,18 @@ CACHE_LINE = 64
 ON_A_LINE = CACHE_LINE // 8
 
 
+def _matrix(n: int, q_max: int) -> int:
+    """Numbers in a matrix: n columns of n + q_max rows, and the block J."""
+    width, q_width = (-(-size // BLOCK) * BLOCK for size in (n, q_max))
+    return width * (n + q_max) + q_width * q_max
+
+
 @cache
 def _places(n: int, channels: int, sines: int) -> tuple[NDArray[np.int64], int]:
     """Offsets of the first fields of SPACE in bytes, and the length of the work space in numbers."""
     q_max = POWERS + 2 * sines
     width, q_width = (-(-size // BLOCK) * BLOCK for size in (n, q_max))
-    matrix = width * (n + q_max) + q_width * q_max
+    matrix = _matrix(n, q_max)
     lengths = {
         "A": width * n,
         "B": width * (channels + 1),
@@ -82,8 +94,8 @@ def _places(n: int, channels: int, sines: int) -> tuple[NDArray[np.int64], int]:
         "g": POWERS * width,
         "omega": sines,
         **dict.fromkeys(("sine", "cosine"), sines * width),
-        **dict.fromkeys(("p", "p_next"), q_width),
-        **dict.fromkeys(("M", "M_2", "M_3", "M_4", "Y", "room"), matrix),
+        **dict.fromkeys(("p", "p_next", "beta"), q_width),
+        "matrices": matrix * (Y + LEVELS + 1),
     }
     numbers = np.array([-(-length // ON_A_LINE) * ON_A_LINE for length in lengths.values()], dtype=np.int64)
     return 8 * (np.cumsum(numbers) - numbers), int(numbers.sum()) + ON_A_LINE

@@ -6,8 +6,8 @@ With x(t + h r) = sum of y_k r^k and the forcing h f = sum of phi_k r^k, y_(k+1)
 import numpy as np
 
 from runner.compiled import compiled
-from runner.exact.exponential import ROW
 from runner.exact.forcing import highest_frequency
+from runner.exact.ladder import ROW
 from runner.memory import BLOCK, LEAN, floats, weighted_sum
 
 #: THETA[m]: the largest norm of h A at which the series of degree m has a backward error of 2^-53 (Al-Mohy, Higham,
