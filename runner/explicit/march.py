@@ -22,7 +22,7 @@ SNAP = 1e-9
 #: A stage looks its inputs up this part of a step inside the step: the limit from within where an input jumps there.
 SIDE = 1e-6
 #: Of the one function that Python calls: nothing here allocates, so references to the arrays need no counting.
-ENTRY = {"error_model": "numpy", "_nrt": False}
+ENTRY = {"error_model": "numpy", "_nrt": False, "nogil": True}
 RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)
 
 
