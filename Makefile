@@ -3,9 +3,10 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STUDY ?= studies/one_shot.toml
+STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto
 
-.PHONY: help demo test run show list generate check equations verify lint format bench clean
+.PHONY: help demo test run show batch resume summary plot list generate check equations verify lint format bench clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -24,7 +25,19 @@ run: $(VENV)/run ## run a study: make run STUDY=studies/one_shot.toml
 show: $(VENV)/run ## what drives a study, as a table and a figure: make show STUDY=studies/terrain_run.toml
 	$(BIN)/qddot show $(STUDY)
 
-list: $(VENV)/run ## models, studies, library and methods
+batch: $(VENV)/run ## all runs of a study's sweep: make batch STUDY=studies/interval_sweep.toml
+	$(BIN)/qddot batch $(STUDY)
+
+resume: $(VENV)/run ## go on with a batch that was stopped, killed or ran out of disk: make resume STUDY=...
+	$(BIN)/qddot batch $(STUDY)
+
+summary: $(VENV)/run ## best, worst, quantiles and failures of a batch: make summary STUDY=...
+	$(BIN)/qddot summary $(STORE)
+
+plot: $(VENV)/run ## the figure of a batch: make plot STUDY=...
+	$(BIN)/qddot plot $(STORE)
+
+list: $(VENV)/run ## models, studies, library, methods and metrics
 	$(BIN)/qddot list
 
 generate: $(VENV)/run ## derive all models, write their kernels and equations

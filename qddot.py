@@ -24,6 +24,7 @@ _PUBLIC = {
     "ModelError": "model.system",
     "Signal": "runner.inputs.signal",
     "Solution": "runner.solution",
+    "StoreError": "runner.batch.store",
     "StudyError": "runner.study.read",
     "constant": "runner.inputs.shapes",
     "cosine_bump": "runner.inputs.roads",
@@ -34,12 +35,14 @@ _PUBLIC = {
     "load": "runner.load",
     "measured_pulse_train": "runner.inputs.recoil",
     "modes": "runner.modes",
+    "open_batch": "runner.batch.grid",
     "pothole": "runner.inputs.roads",
     "prepare": "runner.simulate",
     "pulse_train": "runner.inputs.shapes",
     "ramp": "runner.inputs.roads",
     "random_road": "runner.inputs.iso8608",
     "recoil_impulse": "runner.inputs.recoil",
+    "run_batch": "runner.batch.run",
     "run_study": "runner.study.run",
     "shot_times": "runner.inputs.recoil",
     "simulate": "runner.simulate",
@@ -96,27 +99,95 @@ def _equations(
     raise typer.Exit(equations(tuple(names or ()), into, quiet))
 
 
+StudyFile = Annotated[Path, typer.Argument(help="A study: a TOML file, see studies/.")]
+Store = Annotated[Path, typer.Argument(help="The Zarr store of a batch.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change the study: parameters.m_6=11t, inputs.F.times=[1,2.85]."),
+]
+
+
 @app.command("run")
 def _run(
-    study: Annotated[Path, typer.Argument(help="A study: a TOML file, see studies/.")],
+    study: StudyFile,
     into: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results"),
     figure: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+    settings: Settings = None,
+    row: Annotated[int | None, typer.Option(help="Run this run of the study's sweep, counted from 0.")] = None,
 ) -> None:
-    """Run a study: a NetCDF file, a figure and a summary."""
+    """Run a study once: a NetCDF file, a figure and a summary."""
     from runner.report.background import Drawing
 
     with Drawing() if figure else nullcontext() as drawing:  # imports matplotlib while this process imports numba
         from runner.command import run_and_write
 
-        status = run_and_write(study, into, drawing)
+        status = run_and_write(study, into, drawing, settings or (), row)
     raise typer.Exit(status)
+
+
+@app.command("batch")
+def _batch(
+    study: StudyFile,
+    out: Annotated[Path | None, typer.Option(help="The Zarr store; results/STUDY.zarr by default.")] = None,
+    settings: Settings = None,
+    workers: Annotated[int | None, typer.Option(help="Compute in so many Dask worker processes.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Compute on a Dask scheduler's workers, tcp://...")] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Remove a store that is there, and compute all again.")
+    ] = False,
+    figure: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+) -> None:
+    """Run all runs of a study's sweep, or go on with a batch that was stopped."""
+    from runner.batch.command import batch
+
+    raise typer.Exit(batch(study, out, settings or (), workers, scheduler, fresh, figure))
+
+
+@app.command("summary")
+def _summary(store: Store) -> None:
+    """Sum a batch up: best, worst, quantiles, failures."""
+    from runner.batch.command import summary
+
+    raise typer.Exit(summary(store))
+
+
+@app.command("plot")
+def _plot(
+    store: Store,
+    metric: Annotated[list[str] | None, typer.Option(help="A metric to draw; all by default. Repeat for more.")] = None,
+    over: Annotated[list[str] | None, typer.Option(help="An axis of the sweep; twice for a map.")] = None,
+    runs: Annotated[str | None, typer.Option(help="Trajectories of these runs: 0,5,17, or best, or worst.")] = None,
+    into: Annotated[Path | None, typer.Option(help="The picture: PNG, SVG or PDF.")] = None,
+) -> None:
+    """Draw a batch: metrics over one axis, a map over two, trajectories of chosen runs."""
+    from runner.batch.command import plot
+
+    raise typer.Exit(plot(store, metric or (), over or (), runs, into))
+
+
+@app.command("export")
+def _export(store: Store, to: Annotated[Path, typer.Option(help="FILE.csv or FILE.parquet.")]) -> None:
+    """Export a batch as a table, one line a run."""
+    from runner.batch.command import write_export
+
+    raise typer.Exit(write_export(store, to))
+
+
+@app.command("schema")
+def _schema(
+    into: Annotated[Path | None, typer.Option(help="Write it to this file; printed by default.")] = None,
+) -> None:
+    """Give the JSON Schema of studies, for editors."""
+    from runner.study.json_schema import write_schema
+
+    raise typer.Exit(write_schema(into))
 
 
 @app.command("list")
 def _list(
-    what: Annotated[str, typer.Argument(help="models, studies, library or methods; all by default.")] = "all",
+    what: Annotated[str, typer.Argument(help="models, studies, library, methods or metrics; all by default.")] = "all",
 ) -> None:
-    """List models, studies, the library's guns and roads, and integration methods."""
+    """List models, studies, the library's guns and roads, integration methods and metrics."""
     from runner.command import catalogue
 
     raise typer.Exit(catalogue(what))

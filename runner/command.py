@@ -1,5 +1,6 @@
 """What the commands of the runner print and write; each gives the exit status."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -11,21 +12,26 @@ from runner.modes import modes
 from runner.report.background import Drawing
 from runner.report.curves import Curves, curves
 from runner.report.progress import late_bar
-from runner.report.tables import methods, modal_table, model_tables, statistics, summary
+from runner.report.tables import methods, metrics, modal_table, model_tables, statistics, summary
 from runner.solution import Solution
 from runner.study.library import SHIPPED, entries
+from runner.study.overrides import parsed
 from runner.study.read import StudyError, read
+from runner.study.row import row_of
 from runner.study.run import run
 from runner.study.schema import Study
 from runner.study.show import show_inputs
 
 STUDIES = Path(__file__).parent.parent / "studies"
-CATALOGUES = ("models", "studies", "library", "methods")
+CATALOGUES = ("models", "studies", "library", "methods", "metrics")
 
 
-def run_and_write(path: Path, into: Path, drawing: Drawing | None) -> int:
-    """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept."""
-    study = read(path)
+def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Sequence[str], row: int | None) -> int:
+    """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept.
+
+    settings: "key=value" in place of the file's; row: the run of the study's sweep.
+    """
+    study = read(path, parsed(settings)) if row is None else row_of(path, parsed(settings), row)
     with late_bar(path.stem) as bar:
         solution = run(study, path, bar, on_failure="return")
     return _write(study, solution, path, into, drawing)
@@ -59,7 +65,7 @@ def _curves(study: Study, solution: Solution, path: Path, title: str) -> Curves:
 
 
 def catalogue(what: str) -> int:
-    """List models, studies, the library's guns and roads, methods, or all of them."""
+    """List models, studies, the library's guns and roads, methods, metrics, or all of them."""
     if what not in ("all", *CATALOGUES):
         raise ValueError(unknown("list", what, CATALOGUES))
     console = Console()
@@ -77,6 +83,8 @@ def catalogue(what: str) -> int:
             console.print(f"  {name:18}{entry['title']}", highlight=False)
     if what in ("all", "methods"):
         console.print("[bold]Methods[/bold]", methods())
+    if what in ("all", "metrics"):
+        console.print("[bold]Metrics[/bold]", metrics())
     return 0
 
 

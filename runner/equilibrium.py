@@ -52,7 +52,7 @@ def equilibrium(
 def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Vector | None = None) -> Vector:
     """As `equilibrium`, for constants c and bound inputs."""
     n = len(model.coordinate_names)
-    residual, jacobian = _at_rest(model, c, _resting_inputs(table, t0), t0)
+    residual, jacobian = _at_rest(model, c, resting_inputs(table, t0), t0)
     q = np.zeros(n) if guess is None else np.array(guess[:n], dtype=np.float64)
     with np.errstate(all="ignore"):
         q, r, J = _newton(residual, jacobian, q)
@@ -68,7 +68,8 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Vector | 
     return np.concatenate([q, np.zeros(n)])
 
 
-def _resting_inputs(table: InputTable, t0: float) -> Vector:
+def resting_inputs(table: InputTable, t0: float) -> Vector:
+    """The inputs u at t0, their rates 0: all that the static state depends on beside the constants."""
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
     u[: len(table.order)][table.order == 1] = 0.0

@@ -1,6 +1,6 @@
 """One call from a model, or from any compiled right-hand side, to its solution."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -85,9 +85,13 @@ def prepare(
     parameters: Parameters = None,
     inputs: Mapping[str, Signal | float] | None = None,
     initial: Mapping[str, float] | ArrayLike | None = None,
+    at_rest: Callable[..., NDArray[np.float64]] = rest,
     **options: Any,
 ) -> Simulation:
-    """What `simulate` with these arguments would run, to be run when called, as often as wanted. Raises as it does."""
+    """What `simulate` with these arguments would run, to be run when called, as often as wanted. Raises as it does.
+
+    at_rest: finds the static state as `rest` does, from the same arguments.
+    """
     chosen, settings = _method(method), _options(step, options)
     t0, t1 = _span(span)
     p = model.parameter_values(parameters)
@@ -96,7 +100,7 @@ def prepare(
         rhs=model.kernel("rhs"),
         t0=t0,
         t1=t1,
-        initial_state=rest(model, c, table, t0) if initial is None else model.state(initial),
+        initial_state=at_rest(model, c, table, t0) if initial is None else model.state(initial),
         constants=c,
         inputs=table,
         n_inputs=model.tables.rhs_inputs,

@@ -7,6 +7,7 @@ from rich.table import Table
 
 from runner.load import Model
 from runner.methods import METHODS
+from runner.metrics.table import METRICS
 from runner.modes import Mode
 from runner.solution import Solution
 
@@ -56,6 +57,14 @@ def methods() -> Table:
         if method.family == "exact":
             step, stiff = "any", "yes"
         table.add_row(method.name, str(method.order or "-"), str(method.stages or "-"), step, stiff, method.citation)
+    return table
+
+
+def metrics() -> Table:
+    """Every metric of a batch."""
+    table = plain_table("", "metric", "takes", "meaning")
+    for name, kind in METRICS.items():
+        table.add_row(name, ", ".join(kind.takes), kind.meaning)
     return table
 
 

@@ -107,7 +107,7 @@ def advance(space, s, points, watch, most_steps):
 
 @cache
 def _compiled_advance() -> Any:
-    return compiled(loop_signature(CONTROL), error_model="numpy")(advance)
+    return compiled(loop_signature(CONTROL), error_model="numpy", nogil=True)(advance)
 
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:

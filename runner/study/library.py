@@ -6,6 +6,7 @@ where it comes from: "paper: ...", "derived: ...", "assumed: ..." or another sou
 
 import tomllib
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +31,18 @@ def entries(*places: Path) -> dict[str, Entry]:
     """Every entry by name; of two with one name the first stands. Raises ValueError for a file that is no TOML."""
     found: dict[str, Entry] = {}
     for file in (file for place in places for file in sorted(place.glob("*.toml"))):
-        try:
-            tables = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{file}: no valid TOML: {error}") from None
+        tables = _tables(file, file.stat().st_mtime_ns)
         found = {name: table for name, table in tables.items() if isinstance(table, dict)} | found
     return found
+
+
+@lru_cache
+def _tables(file: Path, changed: int) -> dict[str, Any]:
+    """The tables of a file; remembered until it changes, for a sweep reads them for each run."""
+    try:
+        return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file}: no valid TOML: {error}") from None
 
 
 def completed(data: Mapping[str, Any], study: Path) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from runner.checks import unknown
 from runner.study.library import completed
+from runner.study.overrides import Tree, changed
 from runner.study.schema import Study
 
 
@@ -18,8 +19,17 @@ class StudyError(ValueError):
     """A study that cannot be run; the message names the file, the line and the key."""
 
 
-def read(path: Path) -> Study:
-    """Read and check a study file. Raises StudyError listing everything that is wrong with its keys and types."""
+def read(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
+    """Read and check a study file, with these values by dotted key in place of the file's.
+
+    Raises StudyError listing everything that is wrong with its keys and types.
+    """
+    text, tree = read_tree(path, changes)
+    return check(path, text, tree)
+
+
+def read_tree(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[str, Tree]:
+    """The text of a study file and its tables, changed but not checked. Raises StudyError where it is no TOML."""
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
@@ -27,14 +37,23 @@ def read(path: Path) -> Study:
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path}: {error}") from None
     try:
-        return Study.model_validate(completed(tomllib.loads(text), path))
+        return text, changed(tomllib.loads(text), changes or {})
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{path}: no valid TOML: {error}") from None
+    except ValueError as error:
+        raise StudyError(f"{path}: --set {error}") from None
+
+
+def check(path: Path, text: str, tree: Tree) -> Study:
+    """The study in these tables; `path` and its `text` are for messages, and for the library beside it."""
+    try:
+        return Study.model_validate(completed(tree, path))
     except KeyError as error:
         key, message = error.args
         raise StudyError(f"{place(path, key, text)}: {message}") from None
     except ValidationError as error:
-        raise StudyError("\n".join(_describe(path, text, each) for each in error.errors())) from None
+        lines = (_describe(path, text, each) for each in error.errors())
+        raise StudyError("\n".join(dict.fromkeys(lines))) from None
 
 
 def place(path: Path, key: str, text: str | None = None) -> str:
@@ -51,12 +70,16 @@ def _describe(path: Path, text: str, error: Any) -> str:
     if error["type"] == "extra_forbidden":
         return f"{where}: {unknown('key', key[-1], _keys(table))}"
     if error["type"] == "missing":
-        return f"{where}: missing; {' '.join((table.__doc__ or '').split())}"
+        return f"{where}: missing" if key[-1].isdecimal() else f"{where}: missing; {_meaning(table)}"
     if error["type"] == "union_tag_not_found":
         return f"{where}: missing kind; there are: {', '.join(kinds)}"
     if error["type"] == "union_tag_invalid":
         return f"{where}.kind: {unknown('kind', error['ctx']['tag'], kinds)}"
     return f"{where}: {error['msg'][0].lower() + error['msg'][1:]}, found {error['input']!r}"
+
+
+def _meaning(table: Any) -> str:
+    return " ".join((table.__doc__ or "").split())
 
 
 def _walk(loc: Iterable[str | int]) -> tuple[Any, list[str]]:
@@ -77,15 +100,19 @@ def _walk(loc: Iterable[str | int]) -> tuple[Any, list[str]]:
         elif get_origin(table) is dict:
             key.append(part)
             table = get_args(table)[1]
+        elif get_origin(table) is tuple and part.isdecimal():
+            key.append(part)
+            table = get_args(table)[0]
     return table, key
 
 
 def _inner(annotation: Any) -> Any:
-    """What an annotation holds that has keys: a table, a union of tables, a dictionary; None where it holds none."""
-    if get_origin(annotation) is dict or _kinds(annotation):
+    """What an annotation holds that has keys: a table, a union or row of tables, a dictionary, or numbered items."""
+    if get_origin(annotation) in (dict, tuple) or _kinds(annotation):
         return annotation
     for each in get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,):
-        if get_origin(each) is dict or _kinds(each) or (isinstance(each, type) and issubclass(each, BaseModel)):
+        is_table = isinstance(each, type) and issubclass(each, BaseModel)
+        if is_table or get_origin(each) in (dict, tuple) or _kinds(each):
             return each
     return None
 
@@ -108,10 +135,14 @@ def _keys(table: Any) -> list[str]:
 def _line(text: str, key: list[str]) -> int | None:
     """The line that sets a key, or the header of the table that lacks it."""
     table: list[str] = []
+    counts: dict[tuple[str, ...], int] = {}
     best: tuple[int, int] | None = None
     for number, line in enumerate(text.splitlines(), start=1):
-        if header := re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line):
-            table = [part.strip().strip("\"'") for part in header[1].split(".")]
+        if header := re.match(r"\s*(\[+)\s*([^\]]+?)\s*\]+", line):
+            table = [part.strip().strip("\"'") for part in header[2].split(".")]
+            if header[1] == "[[":  # the items of an array are numbered
+                counts[tuple(table)] = counts.get(tuple(table), -1) + 1
+                table = [*table, str(counts[tuple(table)])]
             here = table
         elif assignment := re.match(r"\s*([A-Za-z0-9_.\"' -]+?)\s*=", line):
             here = table + [part.strip().strip("\"'") for part in assignment[1].split(".")]

@@ -20,35 +20,43 @@ Progress = Callable[[float], None]
 _TIMES = ("step", "max_step", "first_step", "time_limit")
 
 
-def run_study(path: str | Path, progress: Progress | None = None, on_failure: str = "raise") -> Solution:
-    """Run a study file.
+def run_study(
+    path: str | Path,
+    progress: Progress | None = None,
+    on_failure: str = "raise",
+    changes: Mapping[str, Any] | None = None,
+) -> Solution:
+    """Run a study file, with these values by dotted key ("parameters.m_6": 11360) in place of the file's.
 
     Raises StudyError for anything in the file that cannot be, and IntegrationError where the run fails on its way,
     unless on_failure is "return".
     """
-    return run(read(Path(path)), Path(path), progress, on_failure)
+    return run(read(Path(path), changes), Path(path), progress, on_failure)
 
 
 def run(study: Study, path: Path, progress: Progress | None, on_failure: str) -> Solution:
     """Run a study that was read; `path` is the file it comes from, for messages and for the files it names."""
-    model, amounts = study_model(study, path), Amounts(path)
+    model = study_model(study, path)
     try:
-        parameters = study_parameters(study, model, amounts)
-        return simulate(
-            model,
-            (amounts("span", study.span[0], "s"), amounts("span", study.span[1], "s")),
-            parameters=parameters,
-            inputs=study_signals(study, model, model.parameter_values(parameters), path),
-            initial=None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
-            on_failure=on_failure,
-            progress=progress,
-            **_options(study, amounts),
-        )
+        return simulate(model, **settings(study, model, path), on_failure=on_failure, progress=progress)
     except StudyError:
         raise
     except ValueError as error:
         text = str(error)
         raise StudyError(text if text.startswith(str(path)) else f"{path}: {text}") from error
+
+
+def settings(study: Study, model: Model, path: Path) -> dict[str, Any]:
+    """The study's words as arguments of `simulate`: numbers in the model's units, signals, options."""
+    amounts = Amounts(path)
+    parameters = study_parameters(study, model, amounts)
+    return {
+        "span": (amounts("span", study.span[0], "s"), amounts("span", study.span[1], "s")),
+        "parameters": parameters,
+        "inputs": study_signals(study, model, model.parameter_values(parameters), path),
+        "initial": None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
+        **_options(study, amounts),
+    }
 
 
 def study_model(study: Study, path: Path) -> Model:

@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from runner.study.base import Table
+from runner.study.batch_schema import MetricTable, OutputTable, SweepTable
 from runner.study.input_kinds import InputKind
 from runner.study.road_kinds import RoadKind
 from runner.study.units import Amount
@@ -37,10 +38,11 @@ class Figure(Table):
 
 
 class Study(Table):
-    """One run of one model.
+    """One run of one model, or a batch of them where it has a sweep.
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:
     the states that are not 0, or the static equilibrium. road: what the inputs that have a position drive over.
+    sweep, metrics, outputs: of `qddot batch`.
     """
 
     model: str
@@ -53,3 +55,6 @@ class Study(Table):
     initial: Literal["equilibrium"] | dict[str, Amount] = "equilibrium"
     integration: Integration = Integration()
     figure: Figure = Figure()
+    sweep: SweepTable = SweepTable()
+    metrics: dict[str, MetricTable] = Field(default_factory=dict)
+    outputs: OutputTable = OutputTable()

@@ -1,0 +1,1 @@
+"""Batches: the runs of a sweep, block by block, into a store that survives being stopped."""

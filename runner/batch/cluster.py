@@ -1,0 +1,96 @@
+"""Computing blocks on Dask workers: processes of this machine, or of many that share the store's file system."""
+
+import logging
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from runner.batch.block import warm_up
+from runner.batch.job import Job, job_of
+from runner.batch.stopping import Wish
+from runner.batch.store import Store, StoreError
+from runner.batch.threads import compute_and_write
+from runner.study.read import StudyError
+
+#: How often a block may end its worker before the batch gives up.
+ATTEMPTS = 5
+
+
+@contextmanager
+def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    """A client of the scheduler at this address, or of as many new worker processes. Raises StudyError without Dask."""
+    try:
+        from distributed import Client, LocalCluster  # noqa: PLC0415 - an optional library
+    except ImportError:
+        raise StudyError("--workers and --scheduler need Dask: pip install 'distributed'") from None
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout="10s")
+        except (OSError, ValueError) as error:
+            raise StudyError(f"--scheduler {scheduler}: no scheduler answers ({error})") from None
+        with client:
+            yield client
+        return
+    options = {"threads_per_worker": 1, "processes": True, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+    with LocalCluster(n_workers=workers, **options) as cluster, Client(cluster) as client:
+        yield client
+
+
+def on_workers(job: Job, store: Store, blocks: Iterable[int], wish: Wish, client: Any) -> Iterator[dict[str, Any]]:
+    """As `on_threads`, on the workers of a client; a worker that is killed costs only the block it was computing."""
+    import dask  # noqa: PLC0415 - an optional library
+    from distributed import KilledWorker, as_completed  # noqa: PLC0415
+
+    ticket = (str(job.path.resolve()), job.text, _Frozen(job.tree | job.own), str(store.path.resolve()), job.block)
+    todo = iter(blocks)
+
+    def submitted(count: int) -> list[Any]:
+        indices = islice(todo, count)
+        return [client.submit(_remote, ticket, index, pure=False, key=f"block-{index}") for index in indices]
+
+    with dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS}):
+        running = as_completed(submitted(2 * max(1, sum(client.nthreads().values()))))
+        for future in running:
+            try:
+                note = future.result()
+            except KilledWorker as error:
+                raise StoreError(
+                    f"{future.key} ended its worker {ATTEMPTS} times, perhaps for want of memory; "
+                    "try a smaller sweep.block"
+                ) from error
+            future.release()
+            yield note
+            if not wish.stop:
+                running.update(submitted(1))
+
+
+class _Frozen:
+    """Tables that compare by identity of their text: a key of a cache."""
+
+    def __init__(self, tree: dict[str, Any]) -> None:
+        self.tree = tree
+        self._text = repr(tree)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Frozen) and self._text == other._text
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+
+def _remote(ticket: tuple[Any, ...], index: int) -> dict[str, Any]:
+    """What a worker does."""
+    job, store = _opened(*ticket)
+    return compute_and_write(job, store, index)
+
+
+@lru_cache(maxsize=2)
+def _opened(path: str, text: str, tree: _Frozen, store: str, block: int) -> tuple[Job, Store]:
+    """Job and store, once a process."""
+    job = replace(job_of(Path(path), text, tree.tree), block=block)
+    warm_up(job)
+    return job, Store(Path(store))

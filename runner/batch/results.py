@@ -1,0 +1,107 @@
+"""What a store says, read back: rows by name, failures with their reasons, the grid of its axes."""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.batch.engine import NOT_RUN, REFUSED
+from runner.batch.store import Store, dataset
+from runner.checks import unknown
+from runner.problem import Status
+from runner.result import WHAT
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """The results of a batch in the store at `path`, finished or not."""
+
+    path: Path
+
+    @cached_property
+    def store(self) -> Store:
+        """The store; StoreError where there is none."""
+        return Store(self.path)
+
+    @cached_property
+    def data(self) -> Any:
+        """The xarray.Dataset."""
+        return dataset(self.path)
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """How each run ended (n_runs,): a Status, REFUSED or NOT_RUN."""
+        return self.data["status"].to_numpy()
+
+    @property
+    def title(self) -> str:
+        """Title of the study."""
+        return str(self.data.attrs["title"])
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes of the sweep."""
+        return tuple(self.data.attrs["axes"])
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """Names of the metrics, in the order of the study."""
+        return tuple(self.data.attrs["metrics"])
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """Names of the trajectories that were kept."""
+        return tuple(str(name) for name, each in self.data.items() if each.dims == ("run", "time"))
+
+    @property
+    def finished(self) -> NDArray[np.int64]:
+        """The runs that reached their end."""
+        return np.flatnonzero(self.status == Status.FINISHED)
+
+    def failures(self) -> list[tuple[int, str, int]]:
+        """(count, reason, first run) of the runs that did not reach their end, the most frequent reason first."""
+        refused = {int(run): reason for note in self.store.notes() for run, reason in note["reasons"].items()}
+        states, left = self.data["state"].to_numpy(), self.data["failed_state"].to_numpy()
+        reasons: dict[int, str] = {}
+        for run in np.flatnonzero((self.status != Status.FINISHED) & (self.status != NOT_RUN)):
+            if self.status[run] == REFUSED:
+                reasons[int(run)] = f"refused: {refused.get(int(run), 'no reason was written down')}"
+            else:
+                state = f", {states[left[run]]} first" if left[run] >= 0 else ""
+                reasons[int(run)] = f"{WHAT[Status(self.status[run])]}{state}"
+        counts = Counter(reasons.values())
+        firsts = {reason: run for run, reason in reversed(reasons.items())}
+        return [(count, reason, firsts[reason]) for reason, count in counts.most_common()]
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A metric or an axis (n_runs,). Raises ValueError with the nearest name where there is none."""
+        if name not in (*self.metrics, *self.axes):
+            raise ValueError(f"{self.path}: {unknown('metric or axis', name, (*self.metrics, *self.axes))}")
+        return self.data[name].to_numpy()
+
+    def unit(self, name: str) -> str:
+        """The unit of a column."""
+        return str(self.data[name].attrs.get("units", ""))
+
+    def best_first(self, name: str) -> NDArray[np.int64]:
+        """The finished runs, from the best value of a metric to the worst; ties in the order of the runs."""
+        values = self.column(name)[self.finished]
+        sign = -1.0 if self.data[name].attrs.get("better") == "more" else 1.0
+        known = np.isfinite(values)
+        return self.finished[known][np.argsort(sign * values[known], kind="stable")]
+
+    def setting(self, run: int) -> str:
+        """The values of the axes in a run, `delay = 1.85 s, k_6 = 65000 N/m`; the run's number where they are many."""
+        if not self.axes or len(self.axes) > 3:
+            return f"run {run}"
+        return ", ".join(f"{axis} = {self.text(axis, run)}" for axis in self.axes)
+
+    def text(self, axis: str, run: int) -> str:
+        """The value of an axis in a run, with its unit."""
+        value = self.data[axis].to_numpy()[run]
+        number = isinstance(value, int | float | np.number)
+        return f"{value:.5g} {self.unit(axis)}".rstrip() if number else str(value)

@@ -1,0 +1,105 @@
+"""Running a batch from its study to its store, or going on with one that was stopped."""
+
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from runner.batch.block import warm_up
+from runner.batch.job import Job, read_job
+from runner.batch.layout import attributes, versions
+from runner.batch.stopping import Wish, stoppable
+from runner.batch.store import OWN, Store, StoreError, create, differences, locked, tidy
+from runner.batch.threads import on_threads
+
+
+def run_batch(
+    study: str | Path,
+    out: str | Path | None = None,
+    *,
+    changes: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> Path:
+    """Run the batch of a study file, or what of it is not finished yet; returns the path of its Zarr store.
+
+    out: the store, results/<name of the study>.zarr by default. changes: values by dotted key in place of the study's.
+    workers: compute on so many Dask worker processes; scheduler: on the workers of a Dask scheduler at this address.
+    Ctrl-C ends it between two blocks. Raises StudyError, StoreError (a store of another batch), or OSError where the
+    disk does not take a block: the store stays as it was after the last block.
+    """
+    job = read_job(Path(study), changes)
+    path = Path(out) if out is not None else Path("results") / f"{Path(study).stem}.zarr"
+    for _ in computed(job, opened(job, path), workers, scheduler):
+        pass
+    return path
+
+
+def opened(job: Job, path: Path, fresh: bool = False) -> Store:
+    """The batch's store at this path: a new one, or the one that is there.
+
+    Everything is compiled then; worker processes find it in the cache. fresh: remove a store that is there. Raises
+    StoreError where that is of another batch, or of none.
+    """
+    warm_up(job)
+    if fresh and (path / OWN).is_dir():
+        with locked(path):
+            shutil.rmtree(path)
+    if not path.exists():
+        return create(path, job)
+    store = Store(path)
+    different = differences(store.attributes, attributes(job))
+    if different:
+        reasons = "\n  ".join(different)
+        raise StoreError(
+            f"{path} is of another batch:\n  {reasons}\ngive another --out, or --fresh to compute it all again"
+        )
+    return store
+
+
+def updated(store: Store) -> list[str]:
+    """Libraries whose version is not that with which the store was begun: the last digits may differ."""
+    before, now = store.attributes["versions"], versions()
+    return [f"{name} {before.get(name)} -> {now[name]}" for name in now if before.get(name) != now[name]]
+
+
+def computed(
+    job: Job,
+    store: Store,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    announce: Callable[[], None] = lambda: None,
+    ready: Callable[[], None] = lambda: None,
+) -> Iterator[dict[str, Any]]:
+    """Compute the blocks that are not finished; yields the note of each as it is, and ends early on Ctrl-C.
+
+    announce: called when somebody wants it to stop; ready: when the first block begins.
+    """
+    job = replace(job, block=int(store.attributes["block"]))
+    with locked(store.path), stoppable(announce) as wish:
+        tidy(store.path)
+        done = store.finished()
+        blocks = [index for index in range(job.blocks) if index not in done]
+        if blocks:
+            yield from _notes(job, store, blocks, wish, workers, scheduler, ready)
+
+
+def _notes(
+    job: Job,
+    store: Store,
+    blocks: list[int],
+    wish: Wish,
+    workers: int | None,
+    scheduler: str | None,
+    ready: Callable[[], None],
+) -> Iterator[dict[str, Any]]:
+    if workers is None and scheduler is None:
+        ready()
+        yield from on_threads(job, store, blocks, wish)
+        return
+    from runner.batch.cluster import connected, on_workers  # noqa: PLC0415 - Dask is optional, and slow to import
+
+    with connected(workers, scheduler) as client:
+        ready()
+        yield from on_workers(job, store, blocks, wish, client)

@@ -1,0 +1,210 @@
+"""Figures of a batch: metrics over one axis of the sweep, maps over two, trajectories of chosen runs."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from runner.batch.results import Results
+from runner.checks import unknown
+from runner.files import written_aside
+from runner.report.figures import COLOURS
+
+#: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
+MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7
+
+
+def draw(
+    results: Results, path: Path, metrics: Sequence[str] = (), over: Sequence[str] = (), runs: Sequence[int] = ()
+) -> Path:
+    """Draw the metrics over one axis or two, or the kept trajectories of these runs, into a PNG, SVG or PDF file.
+
+    All metrics by default, over the two longest axes of a sweep, or the only one. Raises ValueError for names and runs
+    that do not exist.
+    """
+    shown = list(metrics) or list(results.metrics)
+    for name in shown:
+        if name not in results.metrics:
+            raise ValueError(f"--metric: {unknown('metric', name, results.metrics)}")
+    if runs or not shown:
+        return _saved(_trajectories(results, runs or [int(run) for run in results.finished[:MOST_RUNS]]), path)
+    axes = list(over) or _longest(results)
+    for name in axes:
+        if name not in results.axes:
+            raise ValueError(f"--over: {unknown('axis', name, results.axes)}")
+    if not len(results.finished):
+        raise ValueError(f"{results.path}: no run reached its end, so there is nothing to draw")
+    if len(axes) not in (1, 2):
+        raise ValueError(f"--over: {len(axes)} axes; a figure shows metrics over one or two: {', '.join(results.axes)}")
+    figure = _lines(results, shown, axes[0]) if len(axes) == 1 else _maps(results, shown, axes)
+    return _saved(figure, path)
+
+
+def _longest(results: Results) -> list[str]:
+    """The axes to draw over where nobody said: one of each group with more than one value, two at the most."""
+    groups = list(zip(results.data.attrs["groups"], results.data.attrs["shape"], strict=True))
+    firsts = [names[0] for names, size in sorted(groups, key=lambda group: -group[1]) if size > 1]
+    several = [name for names, size in groups if size > 1 for name in names if name in results.data.attrs["sampled"]]
+    chosen = several if len(groups) == 1 and several else firsts
+    named = [axis for axis in results.axes if axis in chosen[:2]]
+    return named if all(_numeric(results, name) for name in named) else named[:1]
+
+
+def _numeric(results: Results, name: str) -> bool:
+    return np.issubdtype(results.column(name).dtype, np.number)
+
+
+def _label(results: Results, name: str) -> str:
+    unit = results.unit(name)
+    return f"{name} in {unit}" if unit else name
+
+
+def _scale(results: Results, axis: str) -> str:
+    return str(results.data[axis].attrs["scale"])
+
+
+def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
+    """A panel for each unit; a line for each metric, or for each setting of the other axes."""
+    units: dict[str, list[str]] = {}
+    for name in metrics:
+        units.setdefault(results.unit(name), []).append(name)
+    panels = list(units.values())
+    figure, axes = _panels(results.title, len(panels))
+    x, order = _positions(results, axis)
+    for panel, names in zip(axes, panels, strict=True):
+        colours = iter(COLOURS * 20)
+        for name in names:
+            _series(results, panel, name, axis, x, colours)
+        panel.set_ylabel(_label(results, names[0]) if len(names) == 1 else results.unit(names[0]) or "1")
+        _legend(panel)
+    if order is not None:
+        axes[-1].set_xticks(range(len(order)), order)
+    axes[-1].set_xscale(_scale(results, axis))
+    axes[-1].set_xlabel(_label(results, axis))
+    return figure
+
+
+def _positions(results: Results, axis: str) -> tuple[NDArray[np.float64], list[str] | None]:
+    """Abscissae (n_runs,) of an axis; words stand side by side."""
+    values = results.column(axis)
+    if _numeric(results, axis):
+        return values.astype(np.float64), None
+    order = list(dict.fromkeys(map(str, values)))
+    return np.array([order.index(str(value)) for value in values], dtype=np.float64), order
+
+
+def _series(results: Results, panel: Any, name: str, axis: str, x: NDArray[np.float64], colours: Any) -> None:
+    y = results.column(name)
+    others = [i for i, names in enumerate(results.data.attrs["groups"]) if axis not in names]
+    shape = [int(size) for size in results.data.attrs["shape"]]
+    lines = int(np.prod([shape[i] for i in others])) if others else 1
+    if axis in results.data.attrs["sampled"]:
+        panel.plot(x, y, ".", color=next(colours), markersize=3, alpha=0.6, label=name)
+    elif lines > MOST_LINES:
+        _band(panel, x, y, name, next(colours))
+    else:
+        place = next(i for i, names in enumerate(results.data.attrs["groups"]) if axis in names)
+        runs = np.moveaxis(np.arange(len(x)).reshape(shape), place, -1).reshape(lines, -1)
+        for row in runs:
+            other = ", ".join(f"{each} = {results.text(each, int(row[0]))}" for each in _firsts(results, others))
+            label = ", ".join(text for text in (name, other) if text)
+            marker = ("o-" if len(row) <= 40 else "-") if _numeric(results, axis) else "o"
+            panel.plot(x[row], y[row], marker, color=next(colours), linewidth=1.2, markersize=3, label=label)
+
+
+def _firsts(results: Results, groups: Sequence[int]) -> list[str]:
+    named = [(results.data.attrs["groups"][i][0], results.data.attrs["shape"][i]) for i in groups]
+    return [name for name, size in named if size > 1]
+
+
+def _band(panel: Any, x: NDArray[np.float64], y: NDArray[np.float64], name: str, colour: str) -> None:
+    """Median and the middle nine tenths over all runs with the same abscissa."""
+    at = np.unique(x)
+    low, middle, high = np.array([np.nanquantile(y[x == each], [0.05, 0.5, 0.95]) for each in at]).T
+    panel.plot(at, middle, "-", color=colour, linewidth=1.2, label=f"{name}, median and 90 % of the runs")
+    panel.fill_between(at, low, high, color=colour, alpha=0.2, linewidth=0)
+
+
+def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figure:
+    """A map for each metric, colours for its value; points where the axes are sampled."""
+    if len(metrics) > MOST_MAPS:
+        raise ValueError(f"--metric: {len(metrics)} metrics make {len(metrics)} maps; choose at most {MOST_MAPS}")
+    columns = min(2, len(metrics))
+    rows = -(-len(metrics) // columns)
+    figure = Figure(figsize=(4.6 * columns + 0.4, 3.7 * rows + 0.5), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel in panels[len(metrics) :]:
+        panel.remove()
+    x, y = (_positions(results, axis)[0] for axis in axes)
+    for panel, name in zip(panels, metrics, strict=False):
+        drawn = _map(panel, x, y, results.column(name))
+        figure.colorbar(drawn, ax=panel, label=_label(results, name))
+        best = int(results.best_first(name)[0])
+        panel.plot(x[best], y[best], "*", color="white", markeredgecolor="black", markersize=12, label="best")
+        panel.set(xlabel=_label(results, axes[0]), ylabel=_label(results, axes[1]))
+        panel.set(xscale=_scale(results, axes[0]), yscale=_scale(results, axes[1]))
+        _legend(panel)
+    figure.suptitle(results.title, fontsize="medium")
+    return figure
+
+
+def _map(panel: Any, x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> Any:
+    columns, rows = np.unique(x), np.unique(y)
+    if len(columns) * len(rows) > len(z):  # not a grid: every run is a point of its own
+        return panel.scatter(x, y, c=z, s=8, cmap="viridis", linewidths=0)
+    place = np.searchsorted(rows, y) * len(columns) + np.searchsorted(columns, x)
+    known = np.isfinite(z)
+    total = np.bincount(place[known], z[known], minlength=len(columns) * len(rows))
+    count = np.bincount(place[known], minlength=len(columns) * len(rows))
+    with np.errstate(invalid="ignore"):
+        mean = (total / count).reshape(len(rows), len(columns))  # over the axes that are not shown
+    return panel.pcolormesh(columns, rows, mean, cmap="viridis", shading="nearest", rasterized=True)
+
+
+def _trajectories(results: Results, runs: Sequence[int]) -> Figure:
+    if not results.kept:
+        raise ValueError(f'{results.path}: no trajectories were kept; set keep = ["..."] under [outputs] in the study')
+    if len(runs) > MOST_RUNS:
+        raise ValueError(f"--runs: {len(runs)} runs; at most {MOST_RUNS} can be told apart")
+    for run in runs:
+        if not 0 <= run < len(results.status):
+            raise ValueError(f"--runs: there is no run {run}; the runs are 0 to {len(results.status) - 1}")
+    figure, axes = _panels(results.title, len(results.kept))
+    t = results.data["time"].to_numpy()
+    for panel, name in zip(axes, results.kept, strict=True):
+        for run, colour in zip(runs, COLOURS, strict=False):
+            label = f"{run}: {results.setting(run)}" if results.axes else name
+            panel.plot(t, results.data[name][run], color=colour, linewidth=1.2, label=label)
+        panel.set_ylabel(_label(results, name))
+        panel.margins(x=0.0)
+    _legend(axes[0])
+    axes[-1].set_xlabel("t in s")
+    return figure
+
+
+def _panels(title: str, count: int) -> tuple[Figure, Any]:
+    """A figure of panels, one under the other."""
+    figure = Figure(figsize=(8.0, 1.0 + 2.2 * count), layout="constrained")
+    axes = figure.subplots(count, sharex=True, squeeze=False)[:, 0]
+    for panel in axes:
+        panel.grid(color="0.9", linewidth=0.6)
+        panel.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(title, fontsize="medium")
+    return figure, axes
+
+
+def _legend(panel: Any) -> None:
+    entries = len(panel.get_legend_handles_labels()[1])
+    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
+    panel.legend(**above, fontsize="small", frameon=False, ncols=min(2, entries) if entries else 1)
+
+
+def _saved(figure: Figure, path: Path) -> Path:
+    FigureCanvasAgg(figure)
+    with written_aside(path) as aside:
+        figure.savefig(aside, dpi=150, format=path.suffix.removeprefix(".") or "png")
+    return path

@@ -1,0 +1,57 @@
+"""The summary of a batch for the terminal."""
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from runner.batch.engine import NOT_RUN
+from runner.batch.results import Results
+from runner.report.tables import plain_table
+
+
+def wide_console() -> Console:
+    """The terminal; where there is none, lines wide enough for a summary."""
+    console = Console()
+    return console if console.is_terminal else Console(width=120)
+
+
+def counts(results: Results) -> str:
+    """`10000 of 10000 runs, 3 failed`."""
+    total, missing = len(results.status), int(np.count_nonzero(results.status == NOT_RUN))
+    failed = total - missing - len(results.finished)
+    return f"{total - missing} of {total} runs, {failed} failed"
+
+
+def metrics_table(results: Results) -> Table:
+    """Best, quantiles and worst of every metric, and the runs of the best and the worst."""
+    table = plain_table("", "metric", "unit", "best", "run", "5 %", "median", "95 %", "worst", "run", numbers=8)
+    for name in results.metrics:
+        runs = results.best_first(name)
+        if len(runs):
+            values = results.column(name)[runs]
+            numbers = (f"{each:.4g}" for each in (*np.quantile(values, [0.05, 0.5, 0.95]), values[-1]))
+            table.add_row(name, results.unit(name), f"{values[0]:.4g}", str(runs[0]), *numbers, str(runs[-1]))
+        else:
+            table.add_row(name, results.unit(name), *("-" for _ in range(7)))
+    return table
+
+
+def extremes_table(results: Results) -> Table:
+    """The settings of the runs that are the best or the worst in something."""
+    table = plain_table("", "run", *results.axes)
+    ends = [results.best_first(name)[[0, -1]] for name in results.metrics if len(results.best_first(name))]
+    for run in np.unique(np.array(ends, dtype=np.int64)):
+        table.add_row(str(run), *(results.text(axis, int(run)) for axis in results.axes))
+    return table
+
+
+def failures_table(results: Results, most: int = 12) -> Table:
+    """How often runs failed for what reason, and the first of each; empty where none did."""
+    table = plain_table("Runs that failed", "runs", "first", "reason")
+    failures = results.failures()
+    for count, reason, first in failures[:most]:
+        table.add_row(str(count), str(first), reason)
+    if len(failures) > most:
+        rest = sum(count for count, _, _ in failures[most:])
+        table.add_row(str(rest), "", f"{len(failures) - most} other reasons")
+    return table

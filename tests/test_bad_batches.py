@@ -1,0 +1,224 @@
+"""Batches that cannot be: each is refused before it starts, with its place and what is valid there."""
+
+import pytest
+from batches import STUDY, written
+
+from runner.batch.run import run_batch
+from runner.study.overrides import parsed
+from runner.study.read import StudyError
+
+AXIS = 'linspace = ["200 kg", "400 kg", 9]'
+SAMPLED = STUDY.replace(AXIS, 'uniform = ["200 kg", "400 kg"]')
+
+
+def with_axis(text):
+    return STUDY.replace(AXIS, text)
+
+
+def with_metric(text):
+    return STUDY + f"\n[metrics.it]\n{text}\n"
+
+
+def with_sweep(text, study=STUDY):
+    return study.replace("block = 4", f"block = 4\n{text}")
+
+
+BAD = {
+    "no values": (with_axis(""), "line 16: sweep.axes.0.key: expected one of values, linspace, logspace"),
+    "two ways": (
+        with_axis(f"{AXIS}\nvalues = [1]"),
+        "sweep.axes.0.key: expected one of values, linspace, logspace, range",
+    ),
+    "empty values": (with_axis("values = []"), "line 17: sweep.axes.0.values: there are none"),
+    "no count": (with_axis("linspace = [1, 2]"), "line 17: sweep.axes.0.linspace.2: missing"),
+    "count of zero": (with_axis("linspace = [1, 2, 0]"), "line 17: sweep.axes.0.linspace: a count of 0"),
+    "half a count": (
+        with_axis("linspace = [1, 2, 2.5]"),
+        "line 17: sweep.axes.0.linspace.2: input should be a valid integer",
+    ),
+    "logarithm of zero": (
+        with_axis("logspace = [0, 2, 3]"),
+        "sweep.axes.0.logspace: from 0 to 2; expected two numbers",
+    ),
+    "range backwards": (with_axis("range = [5, 2]"), "sweep.axes.0.range: from 5 up to 2 there are 0 numbers"),
+    "units that differ": (
+        with_axis('linspace = ["200 kg", "4 m", 9]'),
+        "sweep.axes.0.linspace: '4.0 m' is in m, expected kg or a multiple of it",
+    ),
+    "units that are unknown": (
+        with_axis('linspace = ["200 kgg", "400 kgg", 9]'),
+        "parameters.m_s: '200.0 kgg' is no number with a unit",
+    ),
+    "units of another kind": (
+        with_axis('linspace = ["200 m", "400 m", 9]'),
+        "parameters.m_s: '200.0 m' is in m, expected kg or a multiple of it (run 0 of the sweep: parameters.m_s",
+    ),
+    "not finite": (with_axis("values = [200, nan]"), "sweep.axes.0.values: nan is no finite number"),
+    "a text as a number": (
+        with_axis('linspace = ["few", "400 kg", 9]'),
+        "sweep.axes.0.linspace: 'few' is no finite number, with or without a unit",
+    ),
+    "words for a number": (
+        with_axis('values = ["light", "heavy"]'),
+        "parameters.m_s: 'light' is no number with a unit",
+    ),
+    "unit of words": (
+        with_axis('values = ["light"]\nunit = "kg"'),
+        "sweep.axes.0.unit: 'kg' is given, but not all values",
+    ),
+    "labels of numbers": (with_axis(f'{AXIS}\nlabels = ["a"]'), "sweep.axes.0.labels: they name the items of `values`"),
+    "too few labels": (with_axis('values = [200, 300]\nlabels = ["a"]'), "sweep.axes.0.labels: 1 for 2 values"),
+    "unknown parameter": (
+        STUDY.replace("parameters.m_s", "parameters.m_z"),
+        "unknown parameter 'm_z'; did you mean 'm_",
+    ),
+    "unknown input": (STUDY.replace("inputs.z_r.peak", "inputs.z_q.peak"), "unknown table 'z_q'; did you mean 'z_r'"),
+    "unknown setting": (
+        STUDY.replace("inputs.z_r.peak", "inputs.z_r.peek"),
+        "inputs.z_r.peek: unknown key 'peek'; did you mean 'peak'?",
+    ),
+    "unknown option": (
+        STUDY.replace("parameters.m_s", "integration.stepp"),
+        "unknown key 'stepp'; did you mean 'step'?",
+    ),
+    "an axis over the span": (STUDY.replace("parameters.m_s", "span.1"), "sweep.axes.0.key: 'span.1' cannot be varied"),
+    "an axis over the model": (STUDY.replace('"parameters.m_s"', '"model"'), "'model' cannot be varied"),
+    "an axis over metrics": (STUDY.replace("parameters.m_s", "metrics.travel.kind"), "cannot be varied"),
+    "no key": (STUDY.replace('key = "parameters.m_s"', ""), "sweep.axes.0.key: missing"),
+    "a key with a hole": (STUDY.replace("parameters.m_s", "parameters..m_s"), "cannot be varied"),
+    "a list of no keys": (STUDY.replace('"parameters.m_s"', "[]"), "sweep.axes.0.key: expected a dotted key"),
+    "one key twice": (STUDY.replace("inputs.z_r.peak", "parameters.m_s"), "'parameters.m_s' is set by axis 0 already"),
+    "a key within another": (STUDY.replace("parameters.m_s", "inputs.z_r"), "is set by axis 0 already ('inputs.z_r')"),
+    "two axes of a name": (with_axis(f'{AXIS}\nname = "height"'), "sweep.axes.1.name: 'height' stands twice"),
+    "a name of the results": (with_axis(f'{AXIS}\nname = "status"'), "'status' has another meaning in the results"),
+    "a name with a blank": (with_axis(f'{AXIS}\nname = "my mass"'), "'my mass' has blanks or slashes in it"),
+    "a zip that does not fit": (
+        STUDY.replace("[[sweep.axes]]", '[[sweep.axes]]\nzip = "a"'),
+        "sweep.axes.1.zip: height has 4 values, but m_s, which advances with it, has 9",
+    ),
+    "unknown key of an axis": (with_axis("lispace = [1, 2, 3]"), "unknown key 'lispace'; did you mean 'linspace'?"),
+    "samples without a sampled axis": (with_sweep("samples = 10"), "sweep.samples: no axis is sampled"),
+    "a sampled axis without samples": (SAMPLED, "sweep.samples: missing"),
+    "no samples": (with_sweep("samples = 0", SAMPLED), "sweep.samples: 0; expected a number from 1"),
+    "unknown sampling": (with_sweep('sampling = "lhs"'), "sweep.sampling: input should be 'random', 'latin_hypercube'"),
+    "seed below zero": (with_sweep("samples = 5\nseed = -1", SAMPLED), "sweep.seed: -1; expected 0 or more"),
+    "ends the wrong way round": (
+        with_sweep("samples = 5", with_axis("uniform = [4, 2]")),
+        "sweep.axes.0.uniform: from 4 to 2; expected the lower end first",
+    ),
+    "no deviation": (with_sweep("samples = 5", with_axis("normal = [4, 0]")), "a standard deviation of 0"),
+    "sampled and zipped": (
+        with_sweep("samples = 5", SAMPLED.replace("uniform", 'zip = "a"\nuniform')),
+        "sweep.axes.0.zip: sampled axes advance together anyway",
+    ),
+    "offset of a list": (
+        with_axis("values = [[1], [2]]\noffset = 2"),
+        "sweep.axes.0.offset: the values are no numbers",
+    ),
+    "factor of zero": (
+        with_axis(f"{AXIS}\nfactor = 0"),
+        "sweep.axes.0.factor: 0.0; expected a finite number other than 0",
+    ),
+    "too many runs": (
+        STUDY.replace(AXIS, "range = [0, 9999999]").replace("values = [", "range = [0, 9999] #"),
+        "sweep: 99989990001 runs; at most 100000000 work",
+    ),
+    "block of nothing": (STUDY.replace("block = 4", "block = 0"), "line 25: sweep.block: 0; expected a number of runs"),
+    "unknown metric": (
+        with_metric('kind = "maximum"\nof = "z_s"'),
+        "metrics.it.kind: unknown metric 'maximum'; did you",
+    ),
+    "metric of nothing": (with_metric('kind = "max"'), "metrics.it.of: missing; the state, output or input"),
+    "metric of the unknown": (
+        with_metric('kind = "max"\nof = "z_z"'),
+        "metrics.it.of: unknown quantity 'z_z'; did you mean",
+    ),
+    "metric without a kind": (with_metric('of = "z_s"'), "metrics.it.kind: missing"),
+    "metric in another unit": (
+        with_metric('kind = "crossings"\nof = "z_s"\nlevel = "2 kg"'),
+        "metrics.it.level: '2 kg' is in kg, expected m or a multiple of it",
+    ),
+    "metric after the end": (
+        with_metric('kind = "max"\nof = "z_s"\nafter = 2'),
+        "metrics.it.after: 2 s is outside the run",
+    ),
+    "metric without its number": (
+        with_metric('kind = "settling_time"\nof = "z_s"'),
+        "metrics.it: settling_time needs band",
+    ),
+    "metric with another's number": (
+        with_metric('kind = "rms"\nof = "z_s"\nlevel = 1'),
+        "metrics.it.level: rms takes none",
+    ),
+    "unknown weighting": (
+        with_metric('kind = "vdv"\nof = "z_s"\nweighting = "Wz"'),
+        "metrics.it.weighting: input should be 'Wk', 'Wd' or 'Wf', found 'Wz'",
+    ),
+    "weighting of a displacement": (
+        with_metric('kind = "vdv"\nof = "z_s"\nweighting = "Wk"'),
+        "metrics.it.of: z_s is in m; weightings are of accelerations",
+    ),
+    "metric called as an axis": (
+        STUDY.replace("metrics.travel", "metrics.height"),
+        "the results call axis so; rename it",
+    ),
+    "metric called as a trajectory": (
+        STUDY.replace("metrics.travel", "metrics.z_s"),
+        "the results call kept quantity so",
+    ),
+    "interval that does not divide": (
+        STUDY.replace('interval = "1 ms"', 'interval = "0.3 s"'),
+        "outputs.interval: 0.3 s does not divide the span of 0.5 s; 0.25 s does",
+    ),
+    "interval of nothing": (
+        STUDY.replace('interval = "1 ms"', "interval = 0"),
+        "outputs.interval: 0 s; expected a time",
+    ),
+    "interval in metres": (
+        STUDY.replace('interval = "1 ms"', 'interval = "1 mm"'),
+        "outputs.interval: '1 mm' is in mm",
+    ),
+    "keeping the unknown": (
+        STUDY.replace('keep = ["z_s"]', 'keep = ["z_t"]'),
+        "outputs.keep.0: unknown quantity 'z_t'",
+    ),
+    "keeping twice": (STUDY.replace('keep = ["z_s"]', 'keep = ["z_s", "z_s"]'), "outputs.keep.1: 'z_s' stands twice"),
+    "every nothing": (STUDY.replace("every = 5", "every = 0"), "outputs.every: 0; expected a number of samples"),
+    "nothing to measure": (
+        STUDY.split("[metrics")[0] + '[outputs]\ninterval = "1 ms"\n',
+        "metrics: there is nothing to measure; add [metrics], or [outputs] with keep",
+    ),
+    "backwards": (STUDY.replace("[0, 0.5]", "[0.5, 0]"), "span: from 0.5 to 0 s; expected a start before the end"),
+    "unknown model": (
+        STUDY.replace('"quarter_car"', '"quartercar"'),
+        "line 2: model: unknown model 'quartercar'; did you mean",
+    ),
+    "no step": (STUDY.replace("step = 1e-3", ""), "give step="),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_batch_is_refused_with_its_place(tmp_path, case):
+    text, message = BAD[case]
+    assert text != STUDY
+    path = written(tmp_path, text)
+    with pytest.raises(StudyError) as refused:
+        run_batch(path, tmp_path / "no.zarr")
+    assert str(refused.value).startswith(str(path))
+    assert message in str(refused.value)
+    assert not (tmp_path / "no.zarr").exists()
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("parameters.m_q=1", "parameters.m_q: unknown parameter 'm_q'; did you mean 'm_u'"),
+        ("inputs.z_q.peak=1", "--set inputs.z_q.peak: inputs.z_q.peak: unknown table 'z_q'"),
+        ("parameters.m_u=41 m", "parameters.m_u: '41 m' is in m, expected kg"),
+        ("sweep.block=none", "sweep.block: input should be a valid integer"),
+    ],
+)
+def test_a_bad_setting_is_refused(tmp_path, setting, message):
+    with pytest.raises(StudyError) as refused:
+        run_batch(written(tmp_path), tmp_path / "no.zarr", changes=parsed([setting]))
+    assert message in str(refused.value).replace("--set ", "--set inputs.z_q.peak: ")

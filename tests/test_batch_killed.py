@@ -1,0 +1,143 @@
+"""Batches that are killed, with SIGKILL, at random moments: nothing is lost, nothing is done twice, nothing differs."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from batches import STUDY, assert_equal, values, written
+
+from runner.batch.cluster import connected, on_workers
+from runner.batch.job import read_job
+from runner.batch.run import opened, run_batch
+from runner.batch.stopping import Wish
+
+ROOT = Path(__file__).parent.parent
+KILLS = 20
+
+#: A process that has everything loaded. It forks one that runs the batch for each line it is sent, and after another
+#: line tells how that ended: until then, the process has its number to itself.
+SERVER = """
+import os, sys
+from pathlib import Path
+import xarray, zarr
+from runner.batch.block import warm_up
+from runner.batch.job import read_job
+from runner.batch.run import run_batch
+warm_up(read_job(Path(sys.argv[1])))
+print("ready", flush=True)
+for line in sys.stdin:
+    pid = os.fork()
+    if not pid:
+        run_batch(sys.argv[1], line.strip())
+        os._exit(0)
+    print(pid, flush=True)
+    sys.stdin.readline()
+    print(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), flush=True)
+"""
+
+
+class Server:
+    def __init__(self, study):
+        command = [sys.executable, "-c", SERVER, str(study)]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        assert self._line() == "ready"
+
+    def _line(self):
+        return self.process.stdout.readline().strip()
+
+    def start(self, store):
+        self.process.stdin.write(f"{store}\n")
+        self.process.stdin.flush()
+        return int(self._line())
+
+    def status(self):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        return int(self._line())
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def markers(store):
+    folder = store / ".qddot" / "blocks"
+    return {each.name: each.stat().st_mtime_ns for each in folder.glob("*.json")} if folder.is_dir() else {}
+
+
+@pytest.mark.slow
+def test_a_batch_killed_at_random_moments_ends_up_as_if_it_had_not_been(tmp_path):
+    study = written(tmp_path, STUDY.replace("block = 4", "block = 3"))
+    server, rng = Server(study), random.Random(11)
+    whole = tmp_path / "whole.zarr"
+    start = time.perf_counter()
+    server.start(whole)
+    assert server.status() == 0
+    duration = time.perf_counter() - start
+    reference, kills, midway, store = values(whole), 0, 0, None
+    while kills < KILLS or store is not None:
+        store = store or tmp_path / f"killed_{kills}.zarr"
+        before = markers(store)
+        pid = server.start(store)
+        if kills < KILLS:
+            time.sleep(rng.uniform(0.0, 0.4 * duration))
+            os.kill(pid, signal.SIGKILL)
+        ended = server.status()
+        after = markers(store)
+        assert before.items() <= after.items()  # what was finished stays, and is not done again
+        if ended == 0:
+            assert len(after) == 12
+            assert_equal(store, whole)
+            store = None
+            continue
+        assert ended == -signal.SIGKILL
+        kills, midway = kills + 1, midway + (0 < len(after) < 12)
+        if after:
+            found = values(store)
+            blocks = sorted(int(name.removesuffix(".json")) for name in after)
+            runs = [3 * block + i for block in blocks for i in range(3)]
+            for name, array in found.items():
+                if len(array) == 36:
+                    assert np.array_equal(array[runs], reference[name][runs], equal_nan=array.dtype.kind == "f"), name
+    server.close()
+    assert midway >= 5
+    assert not list(tmp_path.glob("killed_*.zarr/**/*.partial"))
+
+
+@pytest.mark.slow
+def test_a_killed_dask_worker_costs_only_its_block(tmp_path):
+    study = written(tmp_path, STUDY.replace("block = 4", "block = 2"))
+    whole = run_batch(study, tmp_path / "whole.zarr")
+    job = read_job(study)
+    store = opened(job, tmp_path / "cluster.zarr")
+    with connected(2, None) as client:
+        notes, killed = [], []
+        for note in on_workers(job, store, range(job.blocks), Wish(), client):
+            notes.append(note["block"])
+            if len(notes) in (3, 9):
+                pid = next(iter(client.run(os.getpid).values()))
+                os.kill(pid, signal.SIGKILL)
+                killed.append(pid)
+    assert len(killed) == len(set(killed)) == 2
+    assert sorted(notes) == list(range(18))
+    assert_equal(store.path, whole)
+
+
+@pytest.mark.slow
+def test_dask_workers_stop_at_a_block_and_another_machine_kind_goes_on(tmp_path):
+    study = written(tmp_path)
+    whole = run_batch(study, tmp_path / "whole.zarr")
+    job, wish = read_job(study), Wish()
+    store = opened(job, tmp_path / "cluster.zarr")
+    with connected(1, None) as client:
+        for _ in on_workers(job, store, range(job.blocks), wish, client):
+            wish.stop = True
+    assert 1 <= len(store.finished()) < job.blocks
+    run_batch(study, store.path)
+    assert_equal(store.path, whole)
