@@ -54,8 +54,10 @@ def _accelerations(case: Case, names: list[Any], time: Any, peak: Any, sine: Any
     model = system()
     q, v = [c.symbol for c in model.coordinates], [c.rate for c in model.coordinates]
     values = {p.symbol: p.default for p in model.parameters}
-    T, potential, phi = (_plain(model, e) for e in (model.kinetic_energy, model.potential_energy, model.dissipation))
-    forces = [_plain(model, model.force(c)) for c in model.coordinates]
+    T, potential, phi = (
+        model.written_out(e) for e in (model.kinetic_energy, model.potential_energy, model.dissipation)
+    )
+    forces = [model.written_out(model.force(c)) for c in model.coordinates]
     rows = [
         ((Q - potential.diff(c.symbol) - phi.diff(c.rate)) / T.diff(c.rate, 2)).subs(values).expand()
         for Q, c in zip(forces, model.coordinates, strict=True)
@@ -64,13 +66,6 @@ def _accelerations(case: Case, names: list[Any], time: Any, peak: Any, sine: Any
     recoil = peak * sine((time - SHOT) * (np.pi / DURATION))
     function = sympy.lambdify([*q, *v, *sympy.symbols("z_1:6"), sympy.Symbol("F")], rows, modules="math")
     return function(*names, *road, recoil)
-
-
-def _plain(model: Any, expression: Any) -> Any:
-    expression = sympy.sympify(expression)
-    for symbol, definition in reversed(model.definitions.items()):
-        expression = expression.xreplace({symbol: definition})
-    return expression
 
 
 def _heyoka(case: Case, rtol: float, atol: float) -> Run:

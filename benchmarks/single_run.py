@@ -36,7 +36,7 @@ def lambdified(model, start):
     q = [c.symbol for c in system.coordinates]
     v = [c.rate for c in system.coordinates]
     values = {p.symbol: p.default for p in system.parameters} | {s: 0.0 for s in sympy.symbols("z_1:6")}
-    expand = lambda e: _plain(system, e)  # noqa: E731 - a short name for a short function
+    expand = system.written_out
     T, potential, phi = map(expand, (system.kinetic_energy, system.potential_energy, system.dissipation))
     rows = [
         (expand(system.force(c)) - potential.diff(c.symbol) - phi.diff(c.rate)) / T.diff(c.rate, 2)
@@ -51,9 +51,3 @@ def lambdified(model, start):
         return [*x[7:], *accelerations(*x, pulse)]
 
     return rhs
-
-
-def _plain(system, expression):
-    for symbol, definition in reversed(system.definitions.items()):
-        expression = expression.xreplace({symbol: definition})
-    return expression

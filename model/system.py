@@ -156,6 +156,13 @@ class System:
                 known[quantity.rate] = _time_derivative(expression, rates)
         return known
 
+    def written_out(self, expression: Expr | float) -> Expr:
+        """An expression with every named quantity replaced by what it stands for."""
+        written = sympify(expression)
+        for symbol, definition in reversed(self.definitions.items()):
+            written = written.xreplace({symbol: definition})
+        return written
+
 
 def _time_derivative(expression: Expr, rates: Mapping[Symbol, Expr]) -> Expr:
     """d/dt of an expression in coordinates, inputs, earlier quantities and t, by the chain rule."""

@@ -63,9 +63,7 @@ class Reference:
         return casadi.vertcat(*(self.twins[symbol] for symbol in symbols)) if symbols else casadi.SX(0, 1)
 
     def _translated(self, expression):
-        expression = sympy.sympify(expression)
-        for symbol, definition in reversed(self.system.definitions.items()):
-            expression = expression.xreplace({symbol: definition})
+        expression = self.system.written_out(expression)
         names = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "sinh", "cosh", "atan2", "asin", "acos", "atan")
         functions = {name: getattr(casadi, name) for name in names} | {
             "Abs": casadi.fabs, "Max": casadi.fmax, "Min": casadi.fmin, "sign": casadi.sign,

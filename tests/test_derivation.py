@@ -18,14 +18,6 @@ def accelerations(kernels, point):
     return dx[n:]
 
 
-def plain(system, expression):
-    """An expression with every named quantity written out."""
-    expression = sympy.sympify(expression)
-    for symbol, definition in reversed(system.definitions.items()):
-        expression = expression.xreplace({symbol: definition})
-    return expression
-
-
 def symbols_of(system, kernels):
     """Symbols in the order of a point's values: t, x, u, p; rates of inputs are the time derivatives of the inputs."""
     q = [coordinate.symbol for coordinate in system.coordinates]
@@ -44,11 +36,11 @@ def test_sympys_lagranges_method_gives_the_same_accelerations(system, kernels, p
     qdot = [coordinate.diff(dynamicsymbols._t) for coordinate in q]
     moving = {c.symbol: a for c, a in zip(system.coordinates, q, strict=True)}
     moving |= {c.rate: a for c, a in zip(system.coordinates, qdot, strict=True)}
-    energy = plain(system, system.kinetic_energy) - plain(system, system.potential_energy)
+    energy = system.written_out(system.kinetic_energy) - system.written_out(system.potential_energy)
     method = LagrangesMethod(energy.xreplace(moving), q)
     method.form_lagranges_equations()
-    dissipation = plain(system, system.dissipation)
-    rest = [plain(system, system.force(c)) - dissipation.diff(c.rate) for c in system.coordinates]
+    dissipation = system.written_out(system.dissipation)
+    rest = [system.written_out(system.force(c)) - dissipation.diff(c.rate) for c in system.coordinates]
     back = {derivative: c.rate for c, derivative in zip(system.coordinates, qdot, strict=True)}
     still = {a: c.symbol for c, a in zip(system.coordinates, q, strict=True)}
     M = method.mass_matrix.xreplace(back).xreplace(still)
@@ -67,7 +59,7 @@ def test_casadis_automatic_differentiation_gives_the_same_accelerations(system, 
     functions = {name: getattr(casadi, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")}
 
     def translated(expression):
-        return sympy.lambdify(symbols, plain(system, expression), modules=[functions])(*twins.values())
+        return sympy.lambdify(symbols, system.written_out(expression), modules=[functions])(*twins.values())
 
     q = casadi.vertcat(*(twins[c.symbol] for c in system.coordinates))
     v = casadi.vertcat(*(twins[c.rate] for c in system.coordinates))
@@ -149,7 +141,7 @@ def test_outputs_are_their_expressions(system, kernels, points):
     names = symbols_of(system, kernels) + accelerations_of
     for output, index in zip(system.output_expressions, range(len(kernels.OUTPUT)), strict=True):
         assert kernels.OUTPUT[index] == (output.symbol.name, output.unit, output.meaning)
-        reference = sympy.lambdify([names], plain(system, output.expression), modules="math")
+        reference = sympy.lambdify([names], system.written_out(output.expression), modules="math")
         for point in points[:5]:
             time, x, u, _, c = point
             y = np.empty(len(kernels.OUTPUT))
@@ -165,7 +157,7 @@ def test_positions_are_their_expressions(system, kernels, points):
         assert not hasattr(kernels, "positions")
         return
     parameters = [parameter.symbol for parameter in system.parameters]
-    reference = sympy.lambdify([parameters], [plain(system, place) for place in placed.values()], modules="math")
+    reference = sympy.lambdify([parameters], [system.written_out(place) for place in placed.values()], modules="math")
     for _, _, _, p, _ in points[:5]:
         found = np.empty(len(placed))
         kernels.positions.py_func(p, found)
