@@ -1,10 +1,12 @@
-"""Lane kernels compiled so that LLVM turns their loop into vectors as wide as the machine has.
+"""Loops over lanes compiled so that LLVM turns them into vectors as wide as the machine has.
 
-Two things must be said to LLVM that numba has no option for: that the arguments do not overlap (or every call would
-compare their addresses first, and give up where there are many), and that 512 bits are wanted where they exist, which
-it takes for slow on every processor that has them (measured here: 4.6 ns a run with 256 bits, 2.6 ns with 512).
+Three things must be said to LLVM that numba has no option for: that the arguments do not overlap (or every call would
+compare their addresses first, and LLVM give up where there are many); that 512 bits are wanted where they exist, which
+it takes for slow on every processor that has them (measured: 4.6 ns a run of the M113 with 256 bits, 2.6 ns with 512);
+and that a loop of eight turns is not to be written out as scalars.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -18,6 +20,7 @@ from numba.core.typed_passes import NativeLowering
 from runner import abi
 from runner.compiled import compiled
 from runner.load import LoadError, Model
+from runner.memory import LEAN
 
 #: Numba hands over where to put the result and an exception before the arguments.
 _OWN_ARGUMENTS = 2
@@ -27,19 +30,19 @@ class _LaneLower(Lower):
     """Numba's lowering, with what LLVM is told about the function that comes of it."""
 
     def lower_normal_function(self, description: Any) -> None:
-        """Lower, then mark the function and its pointers."""
+        """Lower, then mark the function, its pointers and its loop."""
         super().lower_normal_function(description)
-        # Below `add`, which knows only the attributes that llvmlite lists.
-        set.add(self.function.attributes, '"prefer-vector-width"="512"')
+        # Inlined, it would lose its width; the set below `add` also takes attributes that llvmlite does not list.
+        set.update(self.function.attributes, ("noinline", '"prefer-vector-width"="512"'))
         for argument in self.function.args[_OWN_ARGUMENTS:]:
             if isinstance(argument.type, ir.PointerType):
                 argument.add_attribute("noalias")
         for block in self.function.blocks:
             if isinstance(block.terminator, ir.Branch) and _is_before(block.terminator.operands[0], block):
-                block.terminator.set_metadata("llvm.loop", self._whole_loop())
+                block.terminator.set_metadata("llvm.loop", self._not_unrolled())
 
-    def _whole_loop(self) -> Any:
-        """What says that a short loop is to become vectors, not a row of scalars: a node that names itself."""
+    def _not_unrolled(self) -> Any:
+        """Metadata of a loop: a node that names itself, as LLVM wants it."""
         hint = self.module.add_metadata([ir.MetaDataString(self.module, "llvm.loop.unroll.disable")])
         node = self.module.add_metadata([hint])
         node.operands = (node, hint)
@@ -60,22 +63,21 @@ class _LaneLowering(NativeLowering):
         return _LaneLower
 
 
-class LaneCompiler(CompilerBase):
-    """Numba's own pipeline with the lowering of lane kernels."""
+class _LaneCompiler(CompilerBase):
+    """Numba's own pipeline with this lowering."""
 
     def define_pipelines(self) -> list[Any]:
-        """The one pipeline."""
         pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes = [(_LaneLowering if each is NativeLowering else each, text) for each, text in pipeline.passes]
-        pipeline.passes[:] = passes
+        pipeline.passes[:] = [
+            (_LaneLowering if each is NativeLowering else each, text) for each, text in pipeline.passes
+        ]
         pipeline.finalize()
         return [pipeline]
 
 
-def compile_for_lanes(function: Any) -> Any:
-    """A jitted function of five pointers, compiled as a lane kernel."""
-    options = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return compiled(abi.LANE_KERNEL, pipeline_class=LaneCompiler, **options)(function.py_func)
+def lane_loop(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+    """`compiled` for a function whose loop runs over lanes; arrays are pointers, and none overlaps another."""
+    return compiled(signature, pipeline_class=_LaneCompiler, **LEAN)
 
 
 def lane_rhs(model: Model) -> Any | None:
@@ -87,9 +89,10 @@ def lane_rhs(model: Model) -> Any | None:
     if kernel is None:
         return None
     lanes = getattr(model.module, "LANES", None)
-    if lanes != abi.LANES or not isinstance(kernel, Dispatcher):
+    arguments = kernel.py_func.__code__.co_argcount if isinstance(kernel, Dispatcher) else None
+    if lanes != abi.LANES or arguments != len(abi.LANE_KERNEL.args):
         raise LoadError(f"model {model.name}: lane_rhs is for {lanes} lanes, expected {abi.LANES}; generate it again")
     try:
-        return compile_for_lanes(kernel)
+        return lane_loop(abi.LANE_KERNEL)(kernel.py_func)
     except NumbaError as error:
         raise LoadError(f"model {model.name}: kernel 'lane_rhs' does not compile:\n{error}") from None

@@ -1,0 +1,86 @@
+"""The records that compiled lane loops read: the batch, which all threads share, and the pack of lanes of one thread."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner import abi
+from runner.compiled import compiled
+from runner.memory import VIEW, address, floats, layout, record
+
+LANES = abi.LANES
+
+#: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i: table,
+#: rate, offset (runs, channels), order (channels,). Tables: pieces (n_pieces, 8), of table k those from first[k] to
+#: last[k]; breaks from break_first[k] to break_last[k] - 1. Samples: n_samples times, those in `times`, or evenly from t0
+#: to t1 where that is 0; columns (n_columns,): states, then n + output. next: the run that the next free lane takes.
+#: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
+#: evaluations, failed_at (runs,).
+BATCH = layout(
+    "runs n channels n_inputs n_constants n_outputs n_pieces rhs scalar_rhs outputs "
+    "t0 t1 initial constants table rate offset order pieces first last break_first break_last breaks "
+    "n_samples times samples columns n_columns needs_outputs "
+    "next final status failed_state steps failed_attempts evaluations failed_at max_steps",
+    "step limit rtol max_step first_step",
+)
+
+#: Fields of a pack: addresses of its rows of lanes; x0: the states now, x1: those of a stage or after the step, slopes,
+#: error; u; c; control, inputs: rows named below; and of integers per lane: run (-1: idle), landing, stop kinds. Scratch
+#: of one lane: x_lane (n,), u_lane (channels,), y_lane (outputs,), c_lane. piece, sample_piece, break_at (LANES, channels).
+PACK = layout(
+    "now new slopes error u c control inputs atol run sample landing steps evaluations failed_attempts "
+    "x_lane u_lane y_lane c_lane piece sample_piece break_at kind taken fresh"
+)
+
+#: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
+#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold. Fixed steps: START, K,
+#: STEP: the grid START + K*STEP; TARGET: where the step ends; ATTENTION: a grid point beyond it wants a closer look.
+#: SIZE: sum of squares of the states. Adaptive steps: those of `adaptive`.
+(T, H, AT, SIDE, LOW, HIGH, START, K, STEP, TARGET, ATTENTION, SIZE, STOP, PROPOSED, ERROR_1, ERROR_2, LAST_ERROR) = range(
+    17
+)
+CONTROL_ROWS = 24
+
+#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + AMPLITUDE*sin(FREQUENCY*s + PHASE), where
+#: s = RATE*t + OFFSET - BEGIN.
+RATE, OFFSET, BEGIN, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(10)
+INPUT_ROWS = 10
+
+
+@compiled(**VIEW)
+def control_rows(pack):
+    """All rows of `control` as one array: [ROW * LANES + lane]."""
+    return floats(pack.control, CONTROL_ROWS * LANES)
+
+
+def rows(count: int) -> NDArray[np.float64]:
+    """A number of rows of lanes (count * LANES,) of zeros, on a cache line."""
+    buffer = np.zeros(max(1, count) * LANES + 7)
+    return buffer[-(buffer.ctypes.data // 8) % 8 :][: max(1, count) * LANES]
+
+
+def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """A pack of idle lanes for a method of so many slopes, and the arrays it points into."""
+    n, channels = int(batch["n"]), max(1, int(batch["channels"]))
+    arrays: dict[str, NDArray[Any]] = {
+        "now": rows(n),
+        "new": rows(n),
+        "slopes": rows(slopes * n),
+        "error": rows(2 * n),
+        "u": rows(channels),
+        "c": rows(int(batch["n_constants"])),
+        "control": rows(CONTROL_ROWS),
+        "inputs": rows(INPUT_ROWS * channels),
+        "atol": rows(n),
+        "x_lane": np.zeros(n),
+        "u_lane": np.zeros(channels),
+        "y_lane": np.zeros(max(1, int(batch["n_outputs"]))),
+        "c_lane": np.zeros(max(1, int(batch["n_constants"]))),
+    }
+    for name in ("run", "sample", "landing", "steps", "evaluations", "failed_attempts"):
+        arrays[name] = np.full(LANES, -1 if name == "run" else 0, dtype=np.int64)
+    for name in ("piece", "sample_piece", "break_at"):
+        arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
+    arrays["kind"] = np.zeros(channels, dtype=np.int64)
+    return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays
