@@ -13,13 +13,13 @@ LANES = abi.LANES
 
 #: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i: table,
 #: rate, offset (runs, channels), order (channels,). Tables: pieces (n_pieces, 8), of table k those from first[k] to
-#: last[k]; breaks from break_first[k] to break_last[k] - 1. Samples: n_samples times, those in `times`, or evenly from t0
-#: to t1 where that is 0; columns (n_columns,): states, then n + output. next: the run that the next free lane takes.
+#: last[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs, n_samples), columns
+#: (n_columns,): states, then n + output. next: the run that the next free lane takes. atol (n,).
 #: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
 #: evaluations, failed_at (runs,).
 BATCH = layout(
-    "runs n channels n_inputs n_constants n_outputs n_pieces rhs scalar_rhs outputs "
-    "t0 t1 initial constants table rate offset order pieces first last break_first break_last breaks "
+    "runs n channels n_inputs n_constants n_outputs n_pieces rhs outputs "
+    "t0 t1 initial constants atol table rate offset order pieces first last break_first break_last breaks "
     "n_samples times samples columns n_columns needs_outputs "
     "next final status failed_state steps failed_attempts evaluations failed_at max_steps",
     "step limit rtol max_step first_step",
@@ -29,7 +29,7 @@ BATCH = layout(
 #: error; u; c; control, inputs: rows named below; and of integers per lane: run (-1: idle), landing, stop kinds. Scratch
 #: of one lane: x_lane (n,), u_lane (channels,), y_lane (outputs,), c_lane. piece, sample_piece, break_at (LANES, channels).
 PACK = layout(
-    "now new slopes error u c control inputs atol run sample landing steps evaluations failed_attempts "
+    "now new slopes error u c control inputs run sample landing steps evaluations failed_attempts "
     "x_lane u_lane y_lane c_lane piece sample_piece break_at kind taken fresh"
 )
 
@@ -72,7 +72,6 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
         "c": rows(int(batch["n_constants"])),
         "control": rows(CONTROL_ROWS),
         "inputs": rows(INPUT_ROWS * channels),
-        "atol": rows(n),
         "x_lane": np.zeros(n),
         "u_lane": np.zeros(channels),
         "y_lane": np.zeros(max(1, int(batch["n_outputs"]))),
