@@ -181,7 +181,7 @@ def lane_cosh(x):
 
 @njit(fastmath={"contract", "nsz"}, error_model="numpy", forceinline=True)
 def lane_log_parts(x):
-    """e and f with x = 2**e (1 + f), sqrt(1/2) <= 1 + f < sqrt(2), for x > 0."""
+    """E and f with x = 2**e (1 + f), sqrt(1/2) <= 1 + f < sqrt(2), for x > 0."""
     small = x < 2.2250738585072014e-308
     bits = lane_bits(x * 18014398509481984.0 if small else x)
     moved = bits + (4607182418800017408 - 4604544271217802189)

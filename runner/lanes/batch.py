@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner import abi
-from runner.checks import finite, unknown
+from runner.checks import unknown
 from runner.lanes.kernel import lane_rhs
 from runner.lanes.pack import BATCH
 from runner.lanes.scalar import run_one_by_one

@@ -13,26 +13,26 @@ from numba import typeof, types
 from runner import abi
 from runner.compiled import compiled
 from runner.explicit.march import SNAP
-from runner.lanes.inputs import look_up
+from runner.lanes.inputs import look_up, set_times
 from runner.lanes.kernel import lane_loop
 from runner.lanes.pack import (
     AT,
     ATTENTION,
     BATCH,
-    H,
-    K,
     LANES,
     PACK,
-    SIDE,
     SIZE,
     START,
     STEP,
-    T,
     TARGET,
+    H,
+    K,
+    T,
     control_rows,
 )
 from runner.lanes.runs import (
     INSIDE,
+    all_idle,
     leave,
     next_break,
     sample_time,
@@ -58,14 +58,6 @@ def plan_steps(control):
         control[H * LANES + lane] = target - control[T * LANES + lane]
         found += target >= control[ATTENTION * LANES + lane]
     return found
-
-
-@lane_loop(types.void(abi.POINTER, types.float64, types.float64))
-def set_times(control, c, side):
-    """Times of a stage: AT the stage's own, SIDE strictly inside the step."""
-    for lane in range(LANES):
-        control[AT * LANES + lane] = control[T * LANES + lane] + c * control[H * LANES + lane]
-        control[SIDE * LANES + lane] = control[T * LANES + lane] + side * control[H * LANES + lane]
 
 
 @lane_loop(types.int64(abi.POINTER, types.float64))
@@ -251,15 +243,6 @@ def advance(method: str, stages: int) -> Any:
         return RUNNING
 
     return compiled(types.int64(*_ARGUMENTS), error_model="numpy", _nrt=False, nogil=True)(loop)
-
-
-@compiled(**LEAN)
-def all_idle(pack):
-    """Whether no lane has a run."""
-    busy = 0
-    for lane in range(LANES):
-        busy += integers(pack.run, LANES)[lane] >= 0
-    return busy == 0
 
 
 _ARGUMENTS = (typeof(record(BATCH)), typeof(record(PACK)), types.int64, types.int64)

@@ -24,6 +24,8 @@ from runner.lanes.pack import (
     PHASE,
     RATE,
     SIDE,
+    H,
+    T,
     control_rows,
 )
 from runner.lanes.vectors import ROW, doubles
@@ -55,6 +57,14 @@ def sine_values(times, channel, u):
             + channel[AMPLITUDE * LANES + lane]
             * lane_sin(channel[FREQUENCY * LANES + lane] * s + channel[PHASE * LANES + lane])
         )
+
+
+@lane_loop(types.void(abi.POINTER, types.float64, types.float64))
+def set_times(control, c, side):
+    """Times of a stage: AT the stage's own, SIDE strictly inside the step."""
+    for lane in range(LANES):
+        control[AT * LANES + lane] = control[T * LANES + lane] + c * control[H * LANES + lane]
+        control[SIDE * LANES + lane] = control[T * LANES + lane] + side * control[H * LANES + lane]
 
 
 @lane_loop(types.int64(abi.POINTER))

@@ -25,22 +25,26 @@ BATCH = layout(
     "step limit rtol max_step first_step",
 )
 
-#: Fields of a pack: addresses of its rows of lanes; x0: the states now, x1: those of a stage or after the step, slopes,
-#: error; u; c; control, inputs: rows named below; and of integers per lane: run (-1: idle), landing, stop kinds. Scratch
+#: Fields of a pack: addresses of its rows of lanes; now: the states at T; new: after the step; stage:
+#: of a stage; slopes; u; c; control, inputs: rows named below; and of integers per lane: run (-1: idle), landing, stop kinds. Scratch
 #: of one lane: x_lane (n,), u_lane (channels,), y_lane (outputs,), c_lane. piece, sample_piece, break_at (LANES, channels).
 PACK = layout(
-    "now new slopes error u c control inputs run sample landing steps evaluations failed_attempts "
+    "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
     "x_lane u_lane y_lane c_lane piece sample_piece break_at kind taken fresh"
 )
 
 #: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
-#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold. Fixed steps: START, K,
-#: STEP: the grid START + K*STEP; TARGET: where the step ends; ATTENTION: a grid point beyond it wants a closer look.
-#: SIZE: sum of squares of the states. Adaptive steps: those of `adaptive`.
-(T, H, AT, SIDE, LOW, HIGH, START, K, STEP, TARGET, ATTENTION, SIZE, STOP, PROPOSED, ERROR_1, ERROR_2, LAST_ERROR) = range(
-    17
-)
-CONTROL_ROWS = 24
+#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; TARGET: where the step
+#: ends. Fixed steps: START, K, STEP: the grid START + K*STEP; ATTENTION: a grid point beyond it wants a closer look;
+#: SIZE: sum of squares of the states. Adaptive steps: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the
+#: end; SAMPLE: time of the next sample; NEXT, LEAST: size of the next step, and the least that advances the time;
+#: PROPOSED: what the step was to be at first; TRIED: what is tried; LANDS: 1 where it ends at STOP; FAILURES in a row;
+#: ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where the step is accepted; FRESH: 1 where the slope is to be taken anew;
+#: STEPS, FAILED: counts; LONGEST: step.
+(T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
+(ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
+(GOOD, FRESH, STEPS, FAILED, LONGEST) = range(24, 29)
+CONTROL_ROWS = 29
 
 #: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + AMPLITUDE*sin(FREQUENCY*s + PHASE), where
 #: s = RATE*t + OFFSET - BEGIN.
@@ -66,8 +70,8 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
     arrays: dict[str, NDArray[Any]] = {
         "now": rows(n),
         "new": rows(n),
+        "stage": rows(n),
         "slopes": rows(slopes * n),
-        "error": rows(2 * n),
         "u": rows(channels),
         "c": rows(int(batch["n_constants"])),
         "control": rows(CONTROL_ROWS),

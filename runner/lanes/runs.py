@@ -4,7 +4,24 @@ import numpy as np
 
 from runner.compiled import compiled
 from runner.lanes.inputs import piece_at
-from runner.lanes.pack import ATTENTION, HIGH, K, LANES, LOW, SIDE, START, STEP, TARGET, H, T, control_rows
+from runner.lanes.pack import (
+    ACTIVE,
+    ATTENTION,
+    FRESH,
+    HIGH,
+    LANES,
+    LOW,
+    SAMPLE,
+    SIDE,
+    START,
+    STEP,
+    STOP,
+    TARGET,
+    H,
+    K,
+    T,
+    control_rows,
+)
 from runner.lanes.vectors import take_next
 from runner.memory import LEAN, floats, integers
 from runner.pointers import call_kernel
@@ -109,10 +126,12 @@ def next_break(batch, pack, lane, t):
 def idle(pack, lane):
     """Leave a lane with nothing to do: it stands still and counts for nothing."""
     control = control_rows(pack)
-    for row in (H, K, STEP):
+    for row in (H, K, STEP, ACTIVE, FRESH):
         control[row * LANES + lane] = 0.0
-    control[START * LANES + lane] = control[TARGET * LANES + lane] = control[T * LANES + lane]
-    control[ATTENTION * LANES + lane] = control[HIGH * LANES + lane] = np.inf
+    for row in (START, TARGET, STOP):
+        control[row * LANES + lane] = control[T * LANES + lane]
+    for row in (ATTENTION, HIGH, SAMPLE):
+        control[row * LANES + lane] = np.inf
     control[LOW * LANES + lane] = -np.inf
     integers(pack.run, LANES)[lane] = -1
 
@@ -152,3 +171,12 @@ def leave(batch, pack, lane, status, where):
     integers(batch.steps, batch.runs)[run] = integers(pack.steps, LANES)[lane]
     integers(batch.failed_attempts, batch.runs)[run] = integers(pack.failed_attempts, LANES)[lane]
     integers(batch.evaluations, batch.runs)[run] = integers(pack.evaluations, LANES)[lane]
+
+
+@compiled(**LEAN)
+def all_idle(pack):
+    """Whether no lane has a run."""
+    busy = 0
+    for lane in range(LANES):
+        busy += integers(pack.run, LANES)[lane] >= 0
+    return busy == 0

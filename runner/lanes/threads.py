@@ -8,14 +8,19 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runner.lanes import fixed
-from runner.lanes.pack import make_pack
+from runner.explicit.controller import control_for
+from runner.explicit.step import pair_for
+from runner.lanes import adaptive, fixed
+from runner.lanes.pack import LANES, make_pack
 from runner.memory import address
+from runner.methods import Method
+from runner.options import Options
 from runner.problem import Status
 
 if TYPE_CHECKING:
@@ -36,18 +41,18 @@ def run_in_lanes(
 ) -> None:
     """Integrate all runs in packs of lanes, into the arrays of the task."""
     batch = task.record(kernel)
-    start, advance, arguments, slopes, keep = _driver(task)
-    most_steps = max(16, SLICE_WORK // (8 * int(batch["n"]) * slopes))
+    driver = driver_for(task.method, task.options)
+    most_steps = max(16, SLICE_WORK // (LANES * int(batch["n"]) * driver.slopes))
     stop = Event()
 
     def work() -> None:
-        pack, arrays = make_pack(batch, slopes)
-        if start(batch, pack):
-            while advance(batch, pack, *arguments, most_steps) == Status.RUNNING and not stop.is_set():
+        pack, arrays = make_pack(batch, driver.slopes)
+        if driver.start(batch, pack, *driver.start_arguments):
+            while driver.advance(batch, pack, *driver.arguments, most_steps) == Status.RUNNING and not stop.is_set():
                 pass
         del arrays  # The loop knew them by address: they had to live until here.
 
-    count = max(1, min(threads or cores(), -(-task.runs // 8)))
+    count = max(1, min(threads or cores(), -(-task.runs // LANES)))
     with ThreadPoolExecutor(count) as pool:
         futures = [pool.submit(work) for _ in range(count)]
         why = _watch(futures, lambda: _done(task), stop, progress, time_limit)
@@ -55,16 +60,39 @@ def run_in_lanes(
         future.result()
     status = task.arrays["status"]
     status[status == int(Status.RUNNING)] = int(why)
-    del keep, kernel
+    del kernel  # Known by address, too.
 
 
-def _driver(task: "Task") -> tuple[Any, Any, tuple[int, ...], int, Any]:
-    """The compiled start and loop of the task's method, their arguments, how many slopes there are, what must live."""
-    tableau = task.method.tableau
+@dataclass(frozen=True, eq=False)
+class Driver:
+    """A method's compiled start and loop, their arguments between the pack and the number of steps, and its slopes.
+
+    keep: what the arguments point into.
+    """
+
+    start: Any
+    advance: Any
+    start_arguments: tuple[Any, ...]
+    arguments: tuple[Any, ...]
+    slopes: int
+    keep: Any = None
+
+
+def driver_for(method: Method, options: Options) -> Driver:
+    """The driver of a method; ValueError where it does not run in lanes."""
+    tableau, pair = method.tableau, method.pair
     if tableau is None:
-        raise ValueError(f"method {task.method.name!r} does not run in lanes")
-    c = tableau.c.copy()
-    return fixed.compiled_start(), fixed.advance(task.method.name, tableau.stages), (address(c),), tableau.stages, c
+        raise ValueError(f"method {method.name!r} does not run in lanes")
+    if pair is None:
+        c = tableau.c.copy()
+        loop = fixed.advance(method.name, tableau.stages)
+        return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, c)
+    coefficients, table = pair_for(pair)
+    control = control_for(pair.controller, pair.error_order, options.rtol, options.divergence_limit)
+    loop = adaptive.advance(method.name, pair.dense.stages, pair.next_slope)
+    longest = float(pair.longest_step)
+    arguments = (coefficients, control, longest)
+    return Driver(adaptive.compiled_start(), loop, (longest,), arguments, pair.dense.stages, table)
 
 
 def cores() -> int:

@@ -54,6 +54,23 @@ class Value:
         less = self.builder.fcmp_ordered("<", self.value, other.value)
         return Value(self.builder, self.builder.select(less, other.value, self.value))
 
+    def where_ordered(self, size: "Value", bound: "Value") -> "Value":
+        """The value where it is finite or infinite but no NaN and size <= bound, elsewhere infinity."""
+        builder = self.builder
+        fine = builder.and_(
+            builder.fcmp_ordered("ord", self.value, self.value), builder.fcmp_ordered("<=", size.value, bound.value)
+        )
+        infinite = ir.Constant(_VECTOR, [float("inf")] * abi.LANES)
+        return Value(builder, builder.select(fine, self.value, infinite))
+
+
+def splat(builder: Any, number: Any) -> Value:
+    """The same number in every lane."""
+    undefined = ir.Constant(_VECTOR, ir.Undefined)
+    one = builder.insert_element(undefined, number, ir.Constant(ir.IntType(32), 0))
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), abi.LANES), [0] * abi.LANES)
+    return Value(builder, builder.shuffle_vector(one, undefined, mask))
+
 
 def load(builder: Any, address: Any) -> Value:
     """The row of lanes at an address."""
@@ -96,7 +113,7 @@ def over_states(builder: Any, n: Any, emit: Callable[[Any], None]) -> None:
 
 @intrinsic(prefer_literal=True)
 def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: Any, slopes: Any, target: Any) -> Any:
-    """target = base + h * (row `row` of the method's tableau times the slopes), for n states of all lanes.
+    """Target = base + h * (row `row` of the method's tableau times the slopes), for n states of all lanes.
 
     Arguments after the row are addresses of rows; the slopes follow each other.
     """
@@ -177,3 +194,66 @@ def take_next(typing_context: Any, where: Any) -> Any:
         return builder.atomic_rmw("add", place, ir.IntType(64)(1), "monotonic")
 
     return types.int64(types.int64), emit
+
+
+@intrinsic(prefer_literal=True)
+def estimate_errors(
+    typing_context: Any, method: Any, n: Any, h: Any, now: Any, new: Any, slopes: Any, atol: Any, rtol: Any, limit: Any,
+    sizes: Any,
+) -> Any:  # fmt: skip
+    """The rows at `sizes` = how large each error estimate of a step is, relative to the tolerance.
+
+    The largest component under MATLAB's controller, otherwise the sum of squares; infinite where a ratio is not finite or
+    a new state beyond the limit (see `explicit.controller.scale`).
+    """
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        _, states, step, old_rows, new_rows, first, tolerances, relative, bound, result = arguments
+        h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
+        rtol_lanes, bound_lanes = splat(builder, relative), splat(builder, bound)
+        zero = ir.Constant(_VECTOR, [0.0] * abi.LANES)
+        totals = [cgutils.alloca_once_value(builder, zero) for _ in pair.error_weights]
+
+        def body(place: Any) -> None:
+            old_size = abs(load(builder, builder.add(old_rows, place)))
+            new_size = abs(load(builder, builder.add(new_rows, place)))
+            part = rtol_lanes * old_size.larger(new_size)
+            where = builder.add(tolerances, builder.udiv(place, place.type(abi.LANES)))
+            atol_lanes = splat(builder, builder.load(builder.inttoptr(where, ir.DoubleType().as_pointer())))
+            tolerance = atol_lanes.larger(part) if matlab else part + atol_lanes
+            for weights, total in zip(pair.error_weights, totals, strict=True):
+                ratio = abs(weighted(builder, weights, first, stride, place) * h_lanes) / tolerance
+                ratio = ratio.where_ordered(new_size, bound_lanes)
+                so_far = Value(builder, builder.load(total))
+                builder.store((so_far.larger(ratio) if matlab else ratio * ratio + so_far).value, total)
+
+        over_states(builder, states, body)
+        for index, total in enumerate(totals):
+            store(Value(builder, builder.load(total)), builder.add(result, result.type(ROW * index)))
+        return context.get_dummy_value()
+
+    pair = find_method(method.literal_value).pair if isinstance(method, types.StringLiteral) else None
+    if pair is None:
+        return None
+    matlab, address = pair.controller == "matlab", types.int64
+    return types.void(method, *[address] * 6, types.float64, types.float64, address), emit
+
+
+@intrinsic
+def choose(typing_context: Any, n: Any, chosen: Any, old: Any, new: Any) -> Any:
+    """Rows at `old` = those at `new` in the lanes whose number at `chosen` is not 0, for n states."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        states, mask, old_rows, new_rows = arguments
+        zero = ir.Constant(_VECTOR, [0.0] * abi.LANES)
+        taken = builder.fcmp_ordered("!=", load(builder, mask).value, zero)
+
+        def body(place: Any) -> None:
+            where = builder.add(old_rows, place)
+            fresh = load(builder, builder.add(new_rows, place)).value
+            store(Value(builder, builder.select(taken, fresh, load(builder, where).value)), where)
+
+        over_states(builder, states, body)
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 4), emit
