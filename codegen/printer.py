@@ -92,10 +92,15 @@ class Printer:
             return " * ".join([self._within(base, _ATOM)] * int(exponent)), _PRODUCT
         if isinstance(exponent, se.Rational) and 2 * exponent == 3:
             return f"{self._within(base, _ATOM)} * math.sqrt({self._print(base)[0]})", _PRODUCT
-        if self._functions != "math." and not isinstance(exponent, se.Integer):
+        return self._general_power(base, exponent)
+
+    def _general_power(self, base: Any, exponent: Any) -> tuple[str, int]:
+        """As an operator; in lanes, which have no powers of their own, as a function."""
+        if isinstance(exponent, se.Integer):
+            return f"{self._within(base, _ATOM)} ** {exponent}", _PRODUCT
+        if self._functions != "math.":
             return f"{self._functions}pow({self._print(base)[0]}, {self._print(exponent)[0]})", _ATOM
-        power = str(exponent) if isinstance(exponent, se.Integer) else self._within(exponent, _ATOM)
-        return f"{self._within(base, _ATOM)} ** {power}", _PRODUCT
+        return f"{self._within(base, _ATOM)} ** {self._within(exponent, _ATOM)}", _PRODUCT
 
     def _function(self, expression: Any) -> tuple[str, int]:
         kind = type(expression).__name__

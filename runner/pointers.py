@@ -30,6 +30,8 @@ def pointer(function: Any, signature: Any, name: str) -> int:
 
 
 def caller(signature: Any) -> Any:
+    """What an intrinsic gives that calls a function of this signature at an address, its first argument."""
+
     def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
         kind = context.call_conv.get_function_type(signature.return_type, signature.args)
         where = builder.inttoptr(arguments[0], kind.as_pointer())

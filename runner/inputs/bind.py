@@ -52,7 +52,8 @@ def check_continuous(name: str, signal: Signal, rate_name: str) -> None:
     sines = before[:, AMPLITUDE] * np.sin(before[:, FREQUENCY] * length + before[:, PHASE])
     ends = np.polynomial.polynomial.polyval(length, before[:, C0 : C0 + 4].T, tensor=False) + sines
     starts = pieces[1:, C0] + pieces[1:, AMPLITUDE] * np.sin(pieces[1:, PHASE])
-    largest = max(np.abs(ends).max(initial=0.0), np.abs(starts).max(initial=0.0))
+    sizes = (ends, starts, pieces[:, AMPLITUDE])  # a half-sine is 0 at both ends, but for rounding
+    largest = max(np.abs(each).max(initial=0.0) for each in sizes)
     jumps = np.flatnonzero(np.abs(starts - ends) > JUMP * largest)
     if jumps.size and signal.rate != 0.0:
         at = (pieces[jumps[0] + 1, START] - signal.offset) / signal.rate

@@ -46,7 +46,7 @@ STEP_UNDERFLOW, TOO_MANY_STEPS = int(Status.STEP_UNDERFLOW), int(Status.TOO_MANY
 @compiled(**LEAN)
 def interpolate(batch, pack, pair, lane, theta):
     """x_lane = the state of a lane at theta of its step, from its states and slopes."""
-    P, weights = floats(pair.P, pair.degree * MOST_STAGES), floats(pair.weights, MOST_STAGES)
+    P, weights = floats(pair.P, pair.degree * MOST_STAGES), floats(pack.weights, MOST_STAGES)
     for i in range(pair.all_stages):
         weights[i] = 0.0
         for j in range(pair.degree - 1, -1, -1):

@@ -123,22 +123,6 @@ def begin(batch, pack, lane):
 
 
 @compiled(**LEAN)
-def land(batch, pack, lane):
-    """After a step to a breakpoint, sample or end: write, finish, take the next run. False where the lane is idle."""
-    control, landing = control_rows(pack), integers(pack.landing, LANES)[lane]
-    integers(pack.landing, LANES)[lane] = 0
-    if landing & GRID == 0:
-        control[K * LANES + lane] -= 1.0
-    t = control[T * LANES + lane]
-    write_samples_at(batch, pack, lane, t, pack.now, SNAP * batch.step)
-    if landing & END:
-        leave(batch, pack, lane, FINISHED, pack.now)
-        return begin(batch, pack, lane)
-    plan_stop(batch, pack, lane, t)
-    return True
-
-
-@compiled(**LEAN)
 def state_that_left(batch, pack, lane, stages):
     """The first state with a slope that is not finite, stage by stage, else the largest; -1 where all are in bounds."""
     x, slopes = floats(pack.now, batch.n * LANES), floats(pack.slopes, stages * batch.n * LANES)
@@ -199,47 +183,61 @@ def drop_diverged(batch, pack, stages):
             pack.fresh = 1
 
 
+@compiled(**LEAN)
+def plan_all_closely(batch, pack):
+    """Plan the steps of the lanes that come to a breakpoint, a sample or their end."""
+    control = control_rows(pack)
+    for lane in range(LANES):
+        if control[TARGET * LANES + lane] >= control[ATTENTION * LANES + lane]:
+            plan_closely(batch, pack, lane)
+
+
+@compiled(**LEAN)
+def evaluate_stage(batch, pack, c, known, stage):
+    """Slope of a stage in all lanes; known: whether the inputs at its time already are."""
+    if not known:
+        set_times(doubles(pack.control), c, min(max(c, INSIDE), 1.0 - INSIDE))
+        look_up(batch, pack)
+    at, where = pack.control + ROW * AT, pack.now if stage == 0 else pack.new
+    call_lanes(batch.rhs, at, where, pack.u, pack.c, pack.slopes + ROW * batch.n * stage)
+
+
+@compiled(**LEAN)
+def look_closely(batch, pack, stages, diverged):
+    """After a step: lanes that diverged or landed are served one by one."""
+    if diverged > 0:
+        drop_diverged(batch, pack, stages)
+    for lane in range(LANES):
+        if integers(pack.landing, LANES)[lane]:
+            land(batch, pack, lane, stages)
+
+
 @cache
 def advance(method: str, stages: int) -> Any:
     """The compiled loop of a method for a batch, a pack and the addresses of c and of a number of steps."""
 
     def loop(batch, pack, c_address, most_steps):
         control, c = doubles(pack.control), floats(c_address, stages)
-        h, at, size = pack.control + ROW * H, pack.control + ROW * AT, pack.control + ROW * SIZE
-        limit = min(batch.limit * batch.limit, 1e300)
+        h, limit = pack.control + ROW * H, min(batch.limit * batch.limit, 1e300)
         for _ in range(most_steps):
             closely = plan_steps(control)
             if closely > 0:
-                for lane in range(LANES):
-                    rows = control_rows(pack)
-                    if rows[TARGET * LANES + lane] >= rows[ATTENTION * LANES + lane]:
-                        plan_closely(batch, pack, lane)
+                plan_all_closely(batch, pack)
             for stage in range(stages):
-                if (stage == 0 and pack.fresh != 0) or (stage > 0 and c[stage] != c[stage - 1]):
-                    set_times(control, c[stage], min(max(c[stage], INSIDE), 1.0 - INSIDE))
-                    look_up(batch, pack)
-                slope = pack.slopes + ROW * batch.n * stage
-                if stage == 0:
-                    call_lanes(batch.rhs, at, pack.now, pack.u, pack.c, slope)
-                else:
+                if stage > 0:
                     combine(method, stage, batch.n, h, pack.now, pack.slopes, pack.new)
-                    call_lanes(batch.rhs, at, pack.new, pack.u, pack.c, slope)
+                known = pack.fresh == 0 if stage == 0 else c[stage] == c[stage - 1]
+                evaluate_stage(batch, pack, c[stage], known, stage)
             combine(method, stages, batch.n, h, pack.now, pack.slopes, pack.new)
-            sum_of_squares(batch.n, pack.new, size)
+            sum_of_squares(batch.n, pack.new, pack.control + ROW * SIZE)
             diverged = end_steps(control, limit)
             pack.now, pack.new = pack.new, pack.now
             pack.taken += 1
             pack.fresh = c[stages - 1] != 1.0
-            if diverged > 0:
-                drop_diverged(batch, pack, stages)
-            if closely > 0:
-                for lane in range(LANES):
-                    if integers(pack.landing, LANES)[lane]:
-                        land(batch, pack, lane, stages)
+            if closely + diverged > 0:
+                look_closely(batch, pack, stages, diverged)
                 if all_idle(pack):
                     return FINISHED
-            elif diverged > 0 and all_idle(pack):
-                return FINISHED
         return RUNNING
 
     return compiled(types.int64(*_ARGUMENTS), error_model="numpy", _nrt=False, nogil=True)(loop)

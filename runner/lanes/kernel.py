@@ -63,10 +63,11 @@ class _LaneLowering(NativeLowering):
         return _LaneLower
 
 
-class _LaneCompiler(CompilerBase):
+class LaneCompiler(CompilerBase):
     """Numba's own pipeline with this lowering."""
 
     def define_pipelines(self) -> list[Any]:
+        """The one pipeline."""
         pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
         pipeline.passes[:] = [
             (_LaneLowering if each is NativeLowering else each, text) for each, text in pipeline.passes
@@ -77,7 +78,7 @@ class _LaneCompiler(CompilerBase):
 
 def lane_loop(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """`compiled` for a function whose loop runs over lanes; arrays are pointers, and none overlaps another."""
-    return compiled(signature, pipeline_class=_LaneCompiler, **LEAN)
+    return compiled(signature, pipeline_class=LaneCompiler, **LEAN)
 
 
 def lane_rhs(model: Model) -> Any | None:

@@ -1,4 +1,4 @@
-"""The records that compiled lane loops read: the batch, which all threads share, and the pack of lanes of one thread."""
+"""The records that compiled lane loops read: the batch, which threads share, and the pack of lanes of one thread."""
 
 from typing import Any
 
@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
+from runner.explicit.workspace import MOST_STAGES
 from runner.memory import VIEW, address, floats, layout, record
 
 LANES = abi.LANES
 
-#: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i: table,
-#: rate, offset (runs, channels), order (channels,). Tables: pieces (n_pieces, 8), of table k those from first[k] to
-#: last[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs, n_samples), columns
-#: (n_columns,): states, then n + output. next: the run that the next free lane takes. atol (n,).
-#: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
-#: evaluations, failed_at (runs,).
+#: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i:
+#: table, rate, offset (runs, channels), order (channels,). Tables: pieces (n_pieces, 8), of table k those from first[k]
+#: to last[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs, n_samples), columns (n_columns,):
+#: states, then n + output. next: the run that the next free lane takes. atol (n,). Written: final (runs, n), samples
+#: (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts, evaluations, failed_at (runs,).
 BATCH = layout(
     "runs n channels n_inputs n_constants n_outputs n_pieces rhs outputs "
     "t0 t1 initial constants atol table rate offset order pieces first last break_first break_last breaks "
@@ -25,12 +25,13 @@ BATCH = layout(
     "step limit rtol max_step first_step",
 )
 
-#: Fields of a pack: addresses of its rows of lanes; now: the states at T; new: after the step; stage:
-#: of a stage; slopes; u; c; control, inputs: rows named below; and of integers per lane: run (-1: idle), landing, stop kinds. Scratch
-#: of one lane: x_lane (n,), u_lane (channels,), y_lane (outputs,), c_lane. piece, sample_piece, break_at (LANES, channels).
+#: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;
+#: u; c; control and inputs: the rows named below), of integers per lane (run: -1 where idle; sample: the next one;
+#: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane, c_lane, weights), of cursors (LANES, channels) and
+#: kinds (channels,); taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be taken anew.
 PACK = layout(
     "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
-    "x_lane u_lane y_lane c_lane piece sample_piece break_at kind taken fresh"
+    "x_lane u_lane y_lane c_lane weights piece sample_piece break_at kind taken fresh"
 )
 
 #: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
@@ -39,8 +40,8 @@ PACK = layout(
 #: SIZE: sum of squares of the states. Adaptive steps: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the
 #: end; SAMPLE: time of the next sample; NEXT, LEAST: size of the next step, and the least that advances the time;
 #: PROPOSED: what the step was to be at first; TRIED: what is tried; LANDS: 1 where it ends at STOP; FAILURES in a row;
-#: ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where the step is accepted; FRESH: 1 where the slope is to be taken anew;
-#: STEPS, FAILED: counts; LONGEST: step.
+#: ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where the step is accepted; FRESH: 1 where the slope is to be taken
+#: anew; STEPS, FAILED: counts; LONGEST: step.
 (T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
 (ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
 (GOOD, FRESH, STEPS, FAILED, LONGEST) = range(24, 29)
@@ -76,6 +77,7 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
         "c": rows(int(batch["n_constants"])),
         "control": rows(CONTROL_ROWS),
         "inputs": rows(INPUT_ROWS * channels),
+        "weights": np.zeros(MOST_STAGES),
         "x_lane": np.zeros(n),
         "u_lane": np.zeros(channels),
         "y_lane": np.zeros(max(1, int(batch["n_outputs"]))),

@@ -130,10 +130,10 @@ def take_slopes(batch, control, pack, pair, longest_step):
     evaluate_at_present(batch, pack, next_slope)
     choose(batch.n, pack.control + ROW * FRESH, pack.slopes, next_slope)
     for lane in range(LANES):
-        if rows[FRESH * LANES + lane] > 0.0:
-            if not lane_norm(batch, control, pack, lane, pack.slopes, pack.slopes, 0.0) < np.inf:
-                fail_at_start(batch, control, pack, pair, lane)
-                again += begin(batch, pack, longest_step, lane)
+        fresh = rows[FRESH * LANES + lane] > 0.0
+        if fresh and not lane_norm(batch, control, pack, lane, pack.slopes, pack.slopes, 0.0) < np.inf:
+            fail_at_start(batch, control, pack, pair, lane)
+            again += begin(batch, pack, longest_step, lane)
     return again
 
 

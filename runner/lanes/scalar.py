@@ -12,7 +12,7 @@ from runner.problem import Problem, Status, Trajectory
 from runner.result import outputs_of
 
 if TYPE_CHECKING:
-    from runner.lanes.batch import Task
+    from runner.lanes.task import Task
 
 
 def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:

@@ -1,4 +1,4 @@
-"""The inputs of many runs as one stacked table: pieces that runs share are stored once, whatever their rate and offset."""
+"""The inputs of many runs as one table: pieces that runs share are stored once, whatever their rates and offsets."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,8 +26,8 @@ class SignalPerRun:
 def per_run(signal: Signal, rate: ArrayLike = 1.0, offset: ArrayLike = 0.0) -> SignalPerRun:
     """A signal read by each run of a batch at rate*t + offset, each a number or (runs,); the signal is stored once.
 
-    A road under an axle that is `place` m ahead, at the speeds v (runs,): per_run(road, rate=v, offset=place). One pulse
-    at the times t (runs,): per_run(pulse_train(times=[0], ...), offset=-t).
+    A road under an axle that is `place` m ahead, at the speeds v (runs,): per_run(road, rate=v, offset=place). One
+    pulse at the times t (runs,): per_run(pulse_train(times=[0], ...), offset=-t).
     """
     return SignalPerRun(signal, rate, offset)
 

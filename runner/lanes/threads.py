@@ -24,7 +24,7 @@ from runner.options import Options
 from runner.problem import Status
 
 if TYPE_CHECKING:
-    from runner.lanes.batch import Task
+    from runner.lanes.task import Task
 
 #: State components advanced by a slice: some milliseconds.
 SLICE_WORK = 4_000_000

@@ -1,4 +1,4 @@
-"""The passes over all states and lanes in which an explicit Runge-Kutta method does its sums, unrolled from its tableau.
+"""The passes over states and lanes in which an explicit Runge-Kutta method does its sums, unrolled from its tableau.
 
 `combine(method, row, ...)` is one loop over the states for each row of the tableau: the row's coefficients stand in it
 as numbers, those that vanish are left out, sums stay in registers. Looping over the tableau in memory instead costs
@@ -203,8 +203,8 @@ def estimate_errors(
 ) -> Any:  # fmt: skip
     """The rows at `sizes` = how large each error estimate of a step is, relative to the tolerance.
 
-    The largest component under MATLAB's controller, otherwise the sum of squares; infinite where a ratio is not finite or
-    a new state beyond the limit (see `explicit.controller.scale`).
+    The largest component under MATLAB's controller, otherwise the sum of squares; infinite where a ratio is not finite
+    or a new state beyond the limit (see `explicit.controller.scale`).
     """
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -232,9 +232,9 @@ def estimate_errors(
             store(Value(builder, builder.load(total)), builder.add(result, result.type(ROW * index)))
         return context.get_dummy_value()
 
-    pair = find_method(method.literal_value).pair if isinstance(method, types.StringLiteral) else None
-    if pair is None:
+    if not isinstance(method, types.StringLiteral):
         return None
+    pair: Any = find_method(method.literal_value).pair
     matlab, address = pair.controller == "matlab", types.int64
     return types.void(method, *[address] * 6, types.float64, types.float64, address), emit
 
