@@ -3,27 +3,27 @@
 import numpy as np
 from numba import types
 
-from generated._elementary import lane_sin
+from generated._elementary import lane_cos, lane_sin
 from runner import abi
 from runner.compiled import compiled
 from runner.lanes.kernel import lane_loop
 from runner.lanes.pack import (
-    AMPLITUDE,
     AT,
     BEGIN,
     C0,
     C1,
     C2,
     C3,
+    COSINE_PART,
     FREQUENCY,
     HIGH,
     INPUT_ROWS,
     LANES,
     LOW,
     OFFSET,
-    PHASE,
     RATE,
     SIDE,
+    SINE_PART,
     H,
     T,
     control_rows,
@@ -31,9 +31,8 @@ from runner.lanes.pack import (
 from runner.lanes.vectors import ROW, doubles
 from runner.memory import LEAN, floats, integers
 
-#: Kinds of a channel: what the lanes together need.
-STEADY, CUBIC, SINE = range(3)
-HALF_TURN = np.pi / 2
+#: Kinds of a channel: what its lanes together need.
+STEADY, CUBIC, SINE, CUBIC_AND_SINE, GRID = range(5)
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))
@@ -46,17 +45,47 @@ def cubic_values(times, channel, u):
         )
 
 
-@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))
-def sine_values(times, channel, u):
-    """Values of a channel's cubics and sines at the lanes' times."""
+@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
+def turn(times, channel, sine, cosine):
+    """Sine and cosine of a channel's frequency times the time: all channels of one frequency make do with them."""
     for lane in range(LANES):
-        s = channel[RATE * LANES + lane] * times[lane] + channel[OFFSET * LANES + lane] - channel[BEGIN * LANES + lane]
-        u[lane] = (
-            channel[C0 * LANES + lane]
-            + s * (channel[C1 * LANES + lane] + s * (channel[C2 * LANES + lane] + s * channel[C3 * LANES + lane]))
-            + channel[AMPLITUDE * LANES + lane]
-            * lane_sin(channel[FREQUENCY * LANES + lane] * s + channel[PHASE * LANES + lane])
-        )
+        angle = channel[FREQUENCY * LANES + lane] * times[lane]
+        sine[lane] = lane_sin(angle)
+        cosine[lane] = lane_cos(angle)
+
+
+@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
+def sine_values(channel, sine, cosine, u):
+    """Values of a channel's sines, its cubics being constant."""
+    for lane in range(LANES):
+        wave = channel[SINE_PART * LANES + lane] * sine[lane] + channel[COSINE_PART * LANES + lane] * cosine[lane]
+        u[lane] = channel[C0 * LANES + lane] + wave
+
+
+@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
+def add_sines(channel, sine, cosine, u):
+    """Add the values of a channel's sines."""
+    for lane in range(LANES):
+        wave = channel[SINE_PART * LANES + lane] * sine[lane] + channel[COSINE_PART * LANES + lane] * cosine[lane]
+        u[lane] = u[lane] + wave
+
+
+@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, types.int64))
+def grid_values(control, channel, pieces, u, order):
+    """Values (order 0) or time derivatives (1) of a channel whose pieces are of one length: its piece is computed."""
+    for lane in range(LANES):
+        rate, offset = channel[RATE * LANES + lane], channel[OFFSET * LANES + lane]
+        x = (rate * control[SIDE * LANES + lane] + offset - channel[C0 * LANES + lane]) * channel[
+            C1 * LANES + lane
+        ] + 1.0
+        last = channel[C3 * LANES + lane]
+        x = x if x > 0.0 else 0.0
+        x = x if x < last else last
+        k = 8 * (int(x) + int(channel[C2 * LANES + lane]))
+        s = rate * control[AT * LANES + lane] + offset - pieces[k]
+        value = pieces[k + 1] + s * (pieces[k + 2] + s * (pieces[k + 3] + s * pieces[k + 4]))
+        slope = rate * (pieces[k + 2] + s * (2.0 * pieces[k + 3] + s * 3.0 * pieces[k + 4]))
+        u[lane] = value if order == 0 else slope
 
 
 @lane_loop(types.void(abi.POINTER, types.float64, types.float64))
@@ -91,76 +120,147 @@ def piece_at(batch, table, start, tau):
 
 
 @compiled(**LEAN)
-def take_piece(batch, pack, lane, i, side):
-    """Put the piece that holds time `side` into the rows of channel i; returns from when to when it holds."""
-    run = integers(pack.run, LANES)[lane]
-    where = run * batch.channels + i
-    table = integers(batch.table, 1)[where]
-    rate, offset = floats(batch.rate, 1)[where], floats(batch.offset, 1)[where]
-    cursor = integers(pack.piece, 1)
-    k = piece_at(batch, table, cursor[lane * batch.channels + i], rate * side + offset)
-    cursor[lane * batch.channels + i] = k
-    p = floats(batch.pieces + 64 * k, 16)
+def take_grid(batch, pack, lane, i, table):
+    """Where the pieces of a table of equal pieces stand: channel i computes which of them it needs."""
+    row, first = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES), integers(batch.first, 1)[table]
+    row[C0 * LANES + lane] = floats(batch.pieces, 1)[8 * (first + 1)]
+    row[C1 * LANES + lane] = floats(batch.per_length, 1)[table]
+    row[C2 * LANES + lane] = first
+    row[C3 * LANES + lane] = integers(batch.last, 1)[table] - first
+
+
+@compiled(**LEAN)
+def take_wave(pack, lane, i, p, rate, offset, order):
+    """The sine of a piece as parts of sine and cosine of frequency times time; returns whether the frequency is new."""
     row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-    row[RATE * LANES + lane], row[OFFSET * LANES + lane], row[BEGIN * LANES + lane] = rate, offset, p[0]
-    if integers(batch.order, 1)[i] == 0:
+    amplitude, phase, before = p[5], p[6] * (offset - p[0]) + p[7], row[FREQUENCY * LANES + lane]
+    if order != 0:
+        amplitude, phase = amplitude * rate * p[6], phase + 0.5 * np.pi
+    row[SINE_PART * LANES + lane] = amplitude * np.cos(phase) if amplitude != 0.0 else 0.0
+    row[COSINE_PART * LANES + lane] = amplitude * np.sin(phase) if amplitude != 0.0 else 0.0
+    row[FREQUENCY * LANES + lane] = rate * p[6]
+    return before != rate * p[6]
+
+
+@compiled(**LEAN)
+def take_cubic(pack, lane, i, p, rate, order):
+    """The cubic of a piece, or its time derivative."""
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    row[BEGIN * LANES + lane] = p[0]
+    if order == 0:
         row[C0 * LANES + lane], row[C1 * LANES + lane] = p[1], p[2]
         row[C2 * LANES + lane], row[C3 * LANES + lane] = p[3], p[4]
-        row[AMPLITUDE * LANES + lane], row[PHASE * LANES + lane] = p[5], p[7]
     else:
         row[C0 * LANES + lane], row[C1 * LANES + lane] = rate * p[2], rate * 2.0 * p[3]
         row[C2 * LANES + lane], row[C3 * LANES + lane] = rate * 3.0 * p[4], 0.0
-        row[AMPLITUDE * LANES + lane], row[PHASE * LANES + lane] = rate * p[5] * p[6], p[7] + HALF_TURN
-    row[FREQUENCY * LANES + lane] = p[6]
+    floats(pack.u, 1)[i * LANES + lane] = row[C0 * LANES + lane]
+
+
+@compiled(**LEAN)
+def take_piece(batch, pack, lane, i, side):
+    """Put the piece that holds time `side` into the rows of channel i.
+
+    Returns from when to when it holds, and whether the channel needs anything else now.
+    """
+    run = integers(pack.run, LANES)[lane]
+    where, cursor = run * batch.channels + i, lane * batch.channels + i
+    table, order = integers(batch.table, 1)[where], integers(batch.order, 1)[i]
+    rate, offset = floats(batch.rate, 1)[where], floats(batch.offset, 1)[where]
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    row[RATE * LANES + lane], row[OFFSET * LANES + lane] = rate, offset
+    if integers(batch.grid, 1)[i]:
+        take_grid(batch, pack, lane, i, table)
+        return -np.inf, np.inf, integers(pack.kind, 1)[i] != GRID
+    k = piece_at(batch, table, integers(pack.piece, 1)[cursor], rate * side + offset)
+    integers(pack.piece, 1)[cursor] = k
+    p = floats(batch.pieces + 64 * k, 16)
+    take_cubic(pack, lane, i, p, rate, order)
+    new = take_wave(pack, lane, i, p, rate, offset, order)
     first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
     before = (p[0] - offset) / rate if rate != 0.0 and k > first else -np.inf
     after = (p[8] - offset) / rate if rate != 0.0 and k < last else np.inf
     if rate < 0.0:
         before, after = (after if k < last else -np.inf), (before if k > first else np.inf)
-    return before, after
+    return before, after, new or kind_of(pack, lane, i) != integers(pack.lane_kind, 1)[cursor]
+
+
+@compiled(**LEAN)
+def kind_of(pack, lane, i):
+    """What the piece of a lane needs."""
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    moves = row[C1 * LANES + lane] != 0.0 or row[C2 * LANES + lane] != 0.0 or row[C3 * LANES + lane] != 0.0
+    waves = row[SINE_PART * LANES + lane] != 0.0 or row[COSINE_PART * LANES + lane] != 0.0
+    return (CUBIC if moves else STEADY) + (SINE if waves else 0)
 
 
 @compiled(**LEAN)
 def take_pieces(batch, pack, lane):
-    """Exchange the pieces of one lane, and note from when to when they hold."""
+    """Exchange the pieces of one lane, note from when to when they hold; returns whether `classify` is due."""
     control = control_rows(pack)
-    low, high = -np.inf, np.inf
+    low, high, changed = -np.inf, np.inf, False
     for i in range(batch.n_inputs):
-        before, after = take_piece(batch, pack, lane, i, control[SIDE * LANES + lane])
-        low, high = max(low, before), min(high, after)
+        before, after, new = take_piece(batch, pack, lane, i, control[SIDE * LANES + lane])
+        low, high, changed = max(low, before), min(high, after), changed or new
     control[LOW * LANES + lane], control[HIGH * LANES + lane] = low, high
+    return changed
 
 
 @compiled(**LEAN)
 def classify(batch, pack):
-    """Find out what each channel needs evaluated in any lane, and write those that stand still."""
-    u = floats(pack.u, batch.n_inputs * LANES)
+    """Find out what each channel needs in any lane, and which earlier channel turns at the same frequencies."""
+    kind, leader = integers(pack.kind, batch.n_inputs), integers(pack.leader, batch.n_inputs)
     for i in range(batch.n_inputs):
-        row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-        moving, waving = 0, 0
-        for lane in range(LANES):
-            slopes = (row[C1 * LANES + lane] != 0.0) | (row[C2 * LANES + lane] != 0.0) | (row[C3 * LANES + lane] != 0.0)
-            moving += slopes
-            waving += row[AMPLITUDE * LANES + lane] != 0.0
-            u[i * LANES + lane] = row[C0 * LANES + lane]
-        integers(pack.kind, batch.n_inputs)[i] = SINE if waving > 0 else (CUBIC if moving > 0 else STEADY)
+        kind[i] = GRID if integers(batch.grid, 1)[i] else STEADY
+        leader[i] = i
+        if kind[i] == STEADY:
+            for lane in range(LANES):
+                found = kind_of(pack, lane, i)
+                integers(pack.lane_kind, 1)[lane * batch.channels + i] = found
+                kind[i] |= found
+        if kind[i] == SINE or kind[i] == CUBIC_AND_SINE:
+            for j in range(i - 1, -1, -1):
+                if (kind[j] == SINE or kind[j] == CUBIC_AND_SINE) and same_frequency(pack, i, j):
+                    leader[i] = leader[j]
+
+
+@compiled(**LEAN)
+def same_frequency(pack, i, j):
+    """Whether two channels turn at the same frequency in every lane that turns."""
+    a = floats(pack.inputs + ROW * (INPUT_ROWS * i + FREQUENCY), LANES)
+    b = floats(pack.inputs + ROW * (INPUT_ROWS * j + FREQUENCY), LANES)
+    different = 0
+    for lane in range(LANES):
+        different += a[lane] != b[lane]
+    return different == 0
 
 
 @compiled(**LEAN)
 def look_up(batch, pack):
     """Write all inputs of all lanes at their times AT; which piece holds is looked up at SIDE."""
     if outside(doubles(pack.control)) > 0:
-        control, run = control_rows(pack), integers(pack.run, LANES)
+        control, run, changed = control_rows(pack), integers(pack.run, LANES), False
         for lane in range(LANES):
             side = control[SIDE * LANES + lane]
             inside = side >= control[LOW * LANES + lane] and side < control[HIGH * LANES + lane]
             if run[lane] >= 0 and not inside:
-                take_pieces(batch, pack, lane)
-        classify(batch, pack)
-    kind = integers(pack.kind, batch.n_inputs)
+                changed = take_pieces(batch, pack, lane) or changed
+        if changed:
+            classify(batch, pack)
+    kind, leader = integers(pack.kind, batch.n_inputs), integers(pack.leader, batch.n_inputs)
+    times = doubles(pack.control + ROW * AT)
     for i in range(batch.n_inputs):
-        channel, u = pack.inputs + ROW * INPUT_ROWS * i, pack.u + ROW * i
-        if kind[i] == SINE:
-            sine_values(doubles(pack.control + ROW * AT), doubles(channel), doubles(u))
-        elif kind[i] == CUBIC:
-            cubic_values(doubles(pack.control + ROW * AT), doubles(channel), doubles(u))
+        channel, u = doubles(pack.inputs + ROW * INPUT_ROWS * i), doubles(pack.u + ROW * i)
+        if kind[i] == GRID:
+            order = integers(batch.order, 1)[i]
+            grid_values(doubles(pack.control), channel, doubles(batch.pieces), u, order)
+            continue
+        if kind[i] & CUBIC:
+            cubic_values(times, channel, u)
+        if kind[i] & SINE:
+            waves = pack.turns + 2 * ROW * leader[i]
+            if leader[i] == i:
+                turn(times, channel, doubles(waves), doubles(waves + ROW))
+            if kind[i] & CUBIC:
+                add_sines(channel, doubles(waves), doubles(waves + ROW), u)
+            else:
+                sine_values(channel, doubles(waves), doubles(waves + ROW), u)

@@ -13,14 +13,15 @@ from runner.memory import VIEW, address, floats, layout, record
 LANES = abi.LANES
 
 #: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i:
-#: table, rate, offset (runs, channels), order (channels,). Tables: pieces (n_pieces, 8), of table k those from first[k]
-#: to last[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs, n_samples), columns (n_columns,):
-#: states, then n + output. next: the run that the next free lane takes. atol (n,). Written: final (runs, n), samples
-#: (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts, evaluations, failed_at (runs,).
+#: table, rate, offset (runs, channels), order, grid (channels,). Tables: pieces (n_pieces, 8), of table k those from
+#: first[k] to last[k], per_length[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs,
+#: n_samples), columns (n_columns,): states, then n + output. next: the run that the next free lane takes. atol (n,).
+#: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
+#: evaluations, failed_at (runs,).
 BATCH = layout(
     "runs n channels n_inputs n_constants n_outputs n_pieces rhs outputs "
-    "t0 t1 initial constants atol table rate offset order pieces first last break_first break_last breaks "
-    "n_samples times samples columns n_columns needs_outputs "
+    "t0 t1 initial constants atol table rate offset order grid pieces first last per_length "
+    "break_first break_last breaks n_samples times samples columns n_columns needs_outputs "
     "next final status failed_state steps failed_attempts evaluations failed_at max_steps",
     "step limit rtol max_step first_step",
 )
@@ -31,7 +32,7 @@ BATCH = layout(
 #: kinds (channels,); taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be taken anew.
 PACK = layout(
     "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
-    "x_lane u_lane y_lane c_lane weights piece sample_piece break_at kind taken fresh"
+    "x_lane u_lane y_lane c_lane weights turns piece sample_piece break_at lane_kind kind leader taken fresh"
 )
 
 #: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
@@ -47,9 +48,10 @@ PACK = layout(
 (GOOD, FRESH, STEPS, FAILED, LONGEST) = range(24, 29)
 CONTROL_ROWS = 29
 
-#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + AMPLITUDE*sin(FREQUENCY*s + PHASE), where
-#: s = RATE*t + OFFSET - BEGIN.
-RATE, OFFSET, BEGIN, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(10)
+#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(FREQUENCY*t) +
+#: COSINE_PART*cos(FREQUENCY*t), where s = RATE*t + OFFSET - BEGIN. A channel whose pieces are of one length computes
+#: which it needs: C0: where the second begins; C1: pieces per length; C2: the first; C3: how many more there are.
+RATE, OFFSET, BEGIN, C0, C1, C2, C3, FREQUENCY, SINE_PART, COSINE_PART = range(10)
 INPUT_ROWS = 10
 
 
@@ -77,6 +79,7 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
         "c": rows(int(batch["n_constants"])),
         "control": rows(CONTROL_ROWS),
         "inputs": rows(INPUT_ROWS * channels),
+        "turns": rows(2 * channels),
         "weights": np.zeros(MOST_STAGES),
         "x_lane": np.zeros(n),
         "u_lane": np.zeros(channels),
@@ -85,7 +88,7 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
     }
     for name in ("run", "sample", "landing", "steps", "evaluations", "failed_attempts"):
         arrays[name] = np.full(LANES, -1 if name == "run" else 0, dtype=np.int64)
-    for name in ("piece", "sample_piece", "break_at"):
+    for name in ("piece", "sample_piece", "break_at", "lane_kind"):
         arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
-    arrays["kind"] = np.zeros(channels, dtype=np.int64)
+    arrays["kind"], arrays["leader"] = np.full(channels, -1), np.zeros(channels, dtype=np.int64)
     return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays
