@@ -9,6 +9,7 @@ from conftest import MODELS
 from numba import njit, types
 
 import qddot
+from codegen.elementary import definitions
 from generated import m113
 from runner import abi
 from runner.compiled import FASTMATH
@@ -290,3 +291,23 @@ def test_a_kernel_for_another_number_of_lanes_is_refused(m113_model, monkeypatch
     monkeypatch.setattr(m113, "LANES", 4)
     with pytest.raises(qddot.LoadError, match="lane_rhs is for 4 lanes, expected 8"):
         qddot.simulate_batch(m113_model, (0, 1), step=1e-3)
+
+
+def test_a_model_without_a_lane_kernel_runs_alone_with_the_same_results(m113_model, monkeypatch):
+    settings = {"step": 1e-3, "parameters": ("as_run_unloaded", {"m_6": [9e3, 1e4]}), "samples": 3, "names": ["pitch"]}
+    lanes = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
+    monkeypatch.delattr(m113, "lane_rhs")
+    lone = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
+    assert lanes.in_lanes
+    assert not lone.in_lanes
+    assert "no lane kernel" in lone.reason
+    np.testing.assert_allclose(lone.samples, lanes.samples, rtol=1e-10)
+    np.testing.assert_allclose(lone.final, lanes.final, rtol=1e-10, atol=1e-12)
+    assert (lone.steps == lanes.steps).all()
+
+
+def test_functions_without_vectors_give_no_lane_kernel():
+    assert definitions(("y = lane_erf(x)",)) is None
+    texts = definitions(("y = a * lane_tanh(x)",))
+    assert [re.search(r"def (\w+)", text)[1] for text in texts][-1] == "lane_tanh"
+    assert definitions(("y = a * x",)) == ()
