@@ -19,6 +19,8 @@ import numba
 from numba import config, njit
 from numba.np import linalg
 
+import generated
+
 #: Contraction to fused multiply-add and ignoring the sign of zero; never nnan or ninf, which make isfinite lie.
 FASTMATH = {"contract", "nsz"}
 
@@ -56,6 +58,7 @@ def cache_directory() -> Path:
             continue
         digest.update(source.relative_to(here).as_posix().encode())
         digest.update(source.read_bytes())
+    digest.update((Path(generated.__file__).parent / "_elementary.py").read_bytes())  # lanes call what stands there
     name = f"qddot-{digest.hexdigest()[:16]}"
     beside = here / "__pycache__"
     if os.access(beside if beside.exists() else here, os.W_OK):
