@@ -75,8 +75,8 @@ def ours(model: object, drives: Drives, road: object = None, **settings: object)
     def run() -> NDArray[np.float64]:
         given = {"parameters": parameters, "inputs": inputs, "initial": drives.starts, "threads": THREADS}
         batch = qddot.simulate_batch(model, (0, drives.end), **given, **settings)
-        if not (batch.in_lanes and batch.success.all()):
-            raise RuntimeError("a run failed, or did not go in lanes")
+        if not batch.success.all() or batch.in_lanes == (settings["method"] == "exact"):
+            raise RuntimeError("a run failed, or did not go the way it should")
         return batch.final
 
     return run
@@ -118,6 +118,7 @@ def _at_equal_error(model: object, drives: Drives, repeats: int) -> list[Timing]
     makers["qddot dop853, road of 10 000 points"] = lambda d, tol: ours(
         model, d, road=table, method="dop853", rtol=tol, atol=1e-3 * tol
     )
+    makers["qddot exact"] = lambda d, tol: ours(model, d, method="exact")
     makers["heyoka batch"] = heyoka_drives
     return _compared(makers, drives, few, error, WANTED, repeats)
 

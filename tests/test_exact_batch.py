@@ -106,3 +106,30 @@ def test_progress_and_the_time_limit():
     reports = []
     propagate_batch(model, arrays, progress=reports.append)
     assert reports[-1] == 1.0
+
+
+def test_simulate_batch_takes_the_exact_way():
+    model = load("m113")
+    road, shot = SIGNALS[1], SIGNALS[4]
+    masses, speeds = np.linspace(9e3, 12e3, 9), np.linspace(2.0, 8.0, 9)
+    inputs = {"F": qddot.per_run(shot, offset=-0.1 * speeds), "z_1": qddot.per_run(road, speeds)}
+    batch = qddot.simulate_batch(
+        model, (0, 2), method="exact", parameters={"m_6": masses}, inputs=inputs, samples=21, names=["heave", "q_1"]
+    )
+    assert batch.success.all() and not batch.in_lanes
+    for run in (0, 4, 8):
+        alone = qddot.simulate(
+            model,
+            (0, 2),
+            method="exact",
+            parameters={"m_6": masses[run]},
+            inputs={"F": shot.shifted(offset=-0.1 * speeds[run]), "z_1": road.shifted(speeds[run])},
+            output_times=np.linspace(0, 2, 21),
+        )
+        np.testing.assert_allclose(batch.samples[run, :, 0], alone["heave"], rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(batch.final[run], alone.states[-1], rtol=1e-11, atol=1e-14)
+
+
+def test_simulate_batch_refuses_to_propagate_a_nonlinear_model_exactly():
+    with pytest.raises(ValueError, match="is nonlinear"):
+        qddot.simulate_batch(load("double_pendulum"), (0, 1), method="exact", runs=2)

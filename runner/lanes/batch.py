@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner.checks import unknown
+from runner.exact.batch import propagate_batch
 from runner.lanes.kernel import lane_rhs
 from runner.lanes.scalar import run_one_by_one
 from runner.lanes.task import make_task
@@ -88,6 +89,10 @@ def simulate_batch(
     reason = _reason(model, chosen, kernel)
     if task.runs == 0:
         pass
+    elif chosen.family == "exact":
+        arrays = task.arrays | vars(task.inputs)
+        limit = task.options.divergence_limit
+        propagate_batch(model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
     elif reason:
         run_one_by_one(task, progress, time_limit)
     else:
@@ -110,6 +115,8 @@ IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop8
 
 
 def _reason(model: Model, method: Method, kernel: Any) -> str:
+    if method.family == "exact":
+        return "exact propagation takes every run by its own matrices, on all threads"
     if method.name not in IN_LANES:
         return f"method {method.name} does not run in lanes; {', '.join(IN_LANES)} do"
     return "" if kernel is not None else f"model {model.name} has no lane kernel: it calls a function without vectors"
