@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from benchmarks import c_loop, derivation, driving, latency, single_run, work_precision
+from benchmarks import batch, c_loop, derivation, driving, latency, single_run, work_precision
 from benchmarks.timing import machine, report, write_json
 
 GROUPS = {
@@ -12,6 +12,7 @@ GROUPS = {
     "single_run": single_run,
     "c_loop": c_loop,
     "driving": driving,
+    "batch": batch,
     "work_precision": work_precision,
 }
 

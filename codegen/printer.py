@@ -18,10 +18,14 @@ _LARGEST_PRODUCT = 4
 
 
 class Printer:
-    """Prints expressions; rank orders symbols (state first, parameters last) and so the terms that hold them."""
+    """Prints expressions; rank orders symbols (state first, parameters last) and so the terms that hold them.
 
-    def __init__(self, rank: Mapping[Any, int]) -> None:
+    functions: what stands before the name of a function: `math.`, or `lane_` for those of `elementary`.
+    """
+
+    def __init__(self, rank: Mapping[Any, int], functions: str = "math.") -> None:
         self._rank = rank
+        self._functions = functions
         self._printed: dict[Any, tuple[str, int]] = {}
 
     def __call__(self, expression: Any) -> str:
@@ -79,7 +83,7 @@ class Printer:
 
     def _power(self, base: Any, exponent: Any) -> tuple[str, int]:
         if base == se.E:
-            return f"math.exp({self._print(exponent)[0]})", _ATOM
+            return f"{self._functions}exp({self._print(exponent)[0]})", _ATOM
         if is_number(exponent) and float(exponent) < 0:
             return f"1.0 / {self._within(base**-exponent, _ATOM)}", _PRODUCT
         if exponent == se.Rational(1, 2):
@@ -88,8 +92,15 @@ class Printer:
             return " * ".join([self._within(base, _ATOM)] * int(exponent)), _PRODUCT
         if isinstance(exponent, se.Rational) and 2 * exponent == 3:
             return f"{self._within(base, _ATOM)} * math.sqrt({self._print(base)[0]})", _PRODUCT
-        power = str(exponent) if isinstance(exponent, se.Integer) else self._within(exponent, _ATOM)
-        return f"{self._within(base, _ATOM)} ** {power}", _PRODUCT
+        return self._general_power(base, exponent)
+
+    def _general_power(self, base: Any, exponent: Any) -> tuple[str, int]:
+        """As an operator; in lanes, which have no powers of their own, as a function."""
+        if isinstance(exponent, se.Integer):
+            return f"{self._within(base, _ATOM)} ** {exponent}", _PRODUCT
+        if self._functions != "math.":
+            return f"{self._functions}pow({self._print(base)[0]}, {self._print(exponent)[0]})", _ATOM
+        return f"{self._within(base, _ATOM)} ** {self._within(exponent, _ATOM)}", _PRODUCT
 
     def _function(self, expression: Any) -> tuple[str, int]:
         kind = type(expression).__name__
@@ -99,7 +110,7 @@ class Printer:
             return self._piecewise(expression.args), _ATOM
         texts = [self._print(part)[0] for part in expression.args]
         if kind in MATH_NAMES:
-            return f"math.{MATH_NAMES[kind]}({', '.join(texts)})", _ATOM
+            return f"{self._functions}{MATH_NAMES[kind]}({', '.join(texts)})", _ATOM
         return self._condition(kind, texts), _ATOM
 
     def _condition(self, kind: str, texts: list[str]) -> str:

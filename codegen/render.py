@@ -8,6 +8,7 @@ import sympy
 
 from codegen.environment import environment
 from codegen.kernel import Kernel, Slot
+from codegen.lanes import LANES, lane_kernel
 from codegen.lower import Program
 from codegen.printer import Printer
 
@@ -46,6 +47,8 @@ def module(program: Program, source: str) -> str:
     equations = program.equations
     functions = [_function(program, name, program.kernels[name]) for name in _HEADS if name in program.kernels]
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
+    lanes = lane_kernel(program, rank(program, program.kernels["rhs"]))
+    in_lanes = "" if lanes is None else lanes.text
     return (
         environment("python")
         .get_template("kernels.py.jinja")
@@ -66,8 +69,11 @@ def module(program: Program, source: str) -> str:
             constants=[str(symbol) for symbol in program.constants],
             linear=program.linear,
             mass_matrix=equations.mass_matrix,
-            uses_math="math." in body,
+            uses_math="math." in body + in_lanes,
+            uses_intrinsic="@intrinsic" in in_lanes,
             functions=functions,
+            lanes=lanes,
+            n_lanes=LANES,
         )
     )
 
@@ -91,7 +97,7 @@ def _input_table(program: Program) -> list[tuple[str, str, str, str]]:
 
 def _function(program: Program, name: str, kernel: Kernel) -> Function:
     arguments, docstring = _HEADS[name]
-    printer = Printer(_rank(program, kernel))
+    printer = Printer(rank(program, kernel))
     paragraphs = (
         tuple(_unpacked(program, name, kernel)),
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
@@ -115,7 +121,7 @@ def _unpacked(program: Program, name: str, kernel: Kernel) -> Iterable[str]:
     return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in read and slot.index]
 
 
-def _rank(program: Program, kernel: Kernel) -> dict[Any, int]:
+def rank(program: Program, kernel: Kernel) -> dict[Any, int]:
     """Order of symbols within sums: state, quantities and temporaries, inputs, and constants last."""
     equations = program.equations
     moving = (*equations.coordinates, *equations.velocities, equations.time)

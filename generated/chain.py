@@ -428,3 +428,79 @@ def linear(constants, state_matrix, input_matrix):
     state_matrix[19, 19] = -tmp_2
     input_matrix[10, 0] = tmp_1
     input_matrix[10, 1] = tmp_2
+
+
+# How many runs lane_rhs advances at once: entry i of a run stands at i * LANES + lane.
+LANES = 8
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def lane_rhs(times, state, inputs, constants, derivative):
+    """State derivatives [qdot, qddot] of LANES runs."""
+    for lane in range(LANES):
+        q_1 = state[0 * LANES + lane]
+        q_2 = state[1 * LANES + lane]
+        q_3 = state[2 * LANES + lane]
+        q_4 = state[3 * LANES + lane]
+        q_5 = state[4 * LANES + lane]
+        q_6 = state[5 * LANES + lane]
+        q_7 = state[6 * LANES + lane]
+        q_8 = state[7 * LANES + lane]
+        q_9 = state[8 * LANES + lane]
+        q_10 = state[9 * LANES + lane]
+        qdot_1 = state[10 * LANES + lane]
+        qdot_2 = state[11 * LANES + lane]
+        qdot_3 = state[12 * LANES + lane]
+        qdot_4 = state[13 * LANES + lane]
+        qdot_5 = state[14 * LANES + lane]
+        qdot_6 = state[15 * LANES + lane]
+        qdot_7 = state[16 * LANES + lane]
+        qdot_8 = state[17 * LANES + lane]
+        qdot_9 = state[18 * LANES + lane]
+        qdot_10 = state[19 * LANES + lane]
+        w = inputs[0 * LANES + lane]
+        wdot = inputs[1 * LANES + lane]
+        k = constants[1 * LANES + lane]
+        c = constants[2 * LANES + lane]
+        inverse_m = constants[3 * LANES + lane]
+
+        tmp_1 = qdot_2 - qdot_1
+        tmp_2 = q_2 - q_1
+        qddot_1 = inverse_m * (-k * (q_1 - tmp_2 - w) - c * (qdot_1 - tmp_1 - wdot))
+        tmp_3 = qdot_3 - qdot_2
+        tmp_4 = q_3 - q_2
+        tmp_5 = qdot_4 - qdot_3
+        tmp_6 = q_4 - q_3
+        tmp_7 = qdot_5 - qdot_4
+        tmp_8 = q_5 - q_4
+        tmp_9 = qdot_6 - qdot_5
+        tmp_10 = q_6 - q_5
+        tmp_11 = qdot_7 - qdot_6
+        tmp_12 = q_7 - q_6
+        tmp_13 = qdot_8 - qdot_7
+        tmp_14 = q_8 - q_7
+        tmp_15 = qdot_9 - qdot_8
+        tmp_16 = q_9 - q_8
+        tmp_17 = qdot_10 - qdot_9
+        tmp_18 = q_10 - q_9
+
+        derivative[0 * LANES + lane] = qdot_1
+        derivative[1 * LANES + lane] = qdot_2
+        derivative[2 * LANES + lane] = qdot_3
+        derivative[3 * LANES + lane] = qdot_4
+        derivative[4 * LANES + lane] = qdot_5
+        derivative[5 * LANES + lane] = qdot_6
+        derivative[6 * LANES + lane] = qdot_7
+        derivative[7 * LANES + lane] = qdot_8
+        derivative[8 * LANES + lane] = qdot_9
+        derivative[9 * LANES + lane] = qdot_10
+        derivative[10 * LANES + lane] = qddot_1
+        derivative[11 * LANES + lane] = inverse_m * (-c * (tmp_1 - tmp_3) - k * (tmp_2 - tmp_4))
+        derivative[12 * LANES + lane] = inverse_m * (-c * (tmp_3 - tmp_5) - k * (tmp_4 - tmp_6))
+        derivative[13 * LANES + lane] = inverse_m * (-c * (tmp_5 - tmp_7) - k * (tmp_6 - tmp_8))
+        derivative[14 * LANES + lane] = inverse_m * (-c * (tmp_7 - tmp_9) - k * (tmp_8 - tmp_10))
+        derivative[15 * LANES + lane] = inverse_m * (-c * (tmp_9 - tmp_11) - k * (tmp_10 - tmp_12))
+        derivative[16 * LANES + lane] = inverse_m * (-c * (tmp_11 - tmp_13) - k * (tmp_12 - tmp_14))
+        derivative[17 * LANES + lane] = inverse_m * (-c * (tmp_13 - tmp_15) - k * (tmp_14 - tmp_16))
+        derivative[18 * LANES + lane] = inverse_m * (-c * (tmp_15 - tmp_17) - k * (tmp_16 - tmp_18))
+        derivative[19 * LANES + lane] = inverse_m * (-c * tmp_17 - k * tmp_18)

@@ -416,3 +416,55 @@ def linear(constants, state_matrix, input_matrix):
     state_matrix[7, 7] = -tmp_8
     input_matrix[6, 0] = inverse_m_f * k_tf
     input_matrix[7, 1] = inverse_m_r * k_tr
+
+
+# How many runs lane_rhs advances at once: entry i of a run stands at i * LANES + lane.
+LANES = 8
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def lane_rhs(times, state, inputs, constants, derivative):
+    """State derivatives [qdot, qddot] of LANES runs."""
+    for lane in range(LANES):
+        z_b = state[0 * LANES + lane]
+        theta = state[1 * LANES + lane]
+        z_f = state[2 * LANES + lane]
+        z_r = state[3 * LANES + lane]
+        zdot_b = state[4 * LANES + lane]
+        thetadot = state[5 * LANES + lane]
+        zdot_f = state[6 * LANES + lane]
+        zdot_r = state[7 * LANES + lane]
+        w_f = inputs[0 * LANES + lane]
+        w_r = inputs[1 * LANES + lane]
+        k_f = constants[4 * LANES + lane]
+        k_r = constants[5 * LANES + lane]
+        c_f = constants[6 * LANES + lane]
+        c_r = constants[7 * LANES + lane]
+        k_tf = constants[8 * LANES + lane]
+        k_tr = constants[9 * LANES + lane]
+        a_f = constants[10 * LANES + lane]
+        a_r = constants[11 * LANES + lane]
+        inverse_m_b = constants[12 * LANES + lane]
+        inverse_I_b = constants[13 * LANES + lane]
+        inverse_m_f = constants[14 * LANES + lane]
+        inverse_m_r = constants[15 * LANES + lane]
+
+        delta_f = z_b + a_f * theta - z_f
+        deltadot_f = zdot_b + a_f * thetadot - zdot_f
+        delta_r = z_b - a_r * theta - z_r
+        deltadot_r = zdot_b - a_r * thetadot - zdot_r
+        tmp_1 = k_f * delta_f
+        tmp_2 = c_f * deltadot_f
+        tmp_3 = tmp_1 + tmp_2
+        tmp_4 = k_r * delta_r
+        tmp_5 = c_r * deltadot_r
+        tmp_6 = tmp_4 + tmp_5
+
+        derivative[0 * LANES + lane] = zdot_b
+        derivative[1 * LANES + lane] = thetadot
+        derivative[2 * LANES + lane] = zdot_f
+        derivative[3 * LANES + lane] = zdot_r
+        derivative[4 * LANES + lane] = inverse_m_b * (-tmp_3 - tmp_6)
+        derivative[5 * LANES + lane] = inverse_I_b * (a_r * tmp_6 - a_f * tmp_3)
+        derivative[6 * LANES + lane] = inverse_m_f * (tmp_1 + tmp_2 - k_tf * (z_f - w_f))
+        derivative[7 * LANES + lane] = inverse_m_r * (tmp_4 + tmp_5 - k_tr * (z_r - w_r))

@@ -820,3 +820,110 @@ def linear(constants, state_matrix, input_matrix):
     input_matrix[11, 11] = -g
     input_matrix[12, 11] = -g
     input_matrix[13, 5] = -inverse_I_6 * l_10_minus_l_9
+
+
+# How many runs lane_rhs advances at once: entry i of a run stands at i * LANES + lane.
+LANES = 8
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def lane_rhs(times, state, inputs, constants, derivative):
+    """State derivatives [qdot, qddot] of LANES runs."""
+    for lane in range(LANES):
+        q_1 = state[0 * LANES + lane]
+        q_2 = state[1 * LANES + lane]
+        q_3 = state[2 * LANES + lane]
+        q_4 = state[3 * LANES + lane]
+        q_5 = state[4 * LANES + lane]
+        q_6 = state[5 * LANES + lane]
+        q_7 = state[6 * LANES + lane]
+        qdot_1 = state[7 * LANES + lane]
+        qdot_2 = state[8 * LANES + lane]
+        qdot_3 = state[9 * LANES + lane]
+        qdot_4 = state[10 * LANES + lane]
+        qdot_5 = state[11 * LANES + lane]
+        qdot_6 = state[12 * LANES + lane]
+        qdot_7 = state[13 * LANES + lane]
+        z_1 = inputs[0 * LANES + lane]
+        z_2 = inputs[1 * LANES + lane]
+        z_3 = inputs[2 * LANES + lane]
+        z_4 = inputs[3 * LANES + lane]
+        z_5 = inputs[4 * LANES + lane]
+        F = inputs[5 * LANES + lane]
+        k_1 = constants[7 * LANES + lane]
+        k_2 = constants[8 * LANES + lane]
+        k_3 = constants[9 * LANES + lane]
+        k_4 = constants[10 * LANES + lane]
+        k_5 = constants[11 * LANES + lane]
+        k_6 = constants[12 * LANES + lane]
+        k_7 = constants[13 * LANES + lane]
+        k_8 = constants[14 * LANES + lane]
+        k_9 = constants[15 * LANES + lane]
+        k_10 = constants[16 * LANES + lane]
+        c_6 = constants[17 * LANES + lane]
+        c_10 = constants[18 * LANES + lane]
+        a_1 = constants[21 * LANES + lane]
+        a_2 = constants[22 * LANES + lane]
+        a_3 = constants[23 * LANES + lane]
+        a_4 = constants[24 * LANES + lane]
+        a_5 = constants[25 * LANES + lane]
+        g_times_m_1 = constants[26 * LANES + lane]
+        inverse_m_1 = constants[27 * LANES + lane]
+        g_times_m_2 = constants[28 * LANES + lane]
+        inverse_m_2 = constants[29 * LANES + lane]
+        g_times_m_3 = constants[30 * LANES + lane]
+        inverse_m_3 = constants[31 * LANES + lane]
+        g_times_m_4 = constants[32 * LANES + lane]
+        inverse_m_4 = constants[33 * LANES + lane]
+        g_times_m_5 = constants[34 * LANES + lane]
+        inverse_m_5 = constants[35 * LANES + lane]
+        g_times_m_6 = constants[36 * LANES + lane]
+        inverse_m_6 = constants[37 * LANES + lane]
+        l_10_minus_l_9 = constants[38 * LANES + lane]
+        inverse_I_6 = constants[39 * LANES + lane]
+
+        d_1 = q_6 + a_1 * q_7 - q_1
+        ddot_1 = qdot_6 + a_1 * qdot_7 - qdot_1
+        d_2 = q_6 + a_2 * q_7 - q_2
+        d_3 = q_6 + a_3 * q_7 - q_3
+        d_4 = q_6 + a_4 * q_7 - q_4
+        d_5 = q_6 + a_5 * q_7 - q_5
+        ddot_5 = qdot_6 + a_5 * qdot_7 - qdot_5
+        tmp_1 = k_6 * d_1
+        tmp_2 = c_6 * ddot_1
+        tmp_3 = tmp_1 + tmp_2
+        qddot_1 = inverse_m_1 * (tmp_3 - k_1 * (q_1 - z_1) - g_times_m_1)
+        tmp_4 = k_7 * d_2
+        qddot_2 = inverse_m_2 * (tmp_4 - k_2 * (q_2 - z_2) - g_times_m_2)
+        tmp_5 = k_8 * d_3
+        qddot_3 = inverse_m_3 * (tmp_5 - k_3 * (q_3 - z_3) - g_times_m_3)
+        tmp_6 = k_9 * d_4
+        qddot_4 = inverse_m_4 * (tmp_6 - k_4 * (q_4 - z_4) - g_times_m_4)
+        tmp_7 = k_10 * d_5
+        tmp_8 = c_10 * ddot_5
+        tmp_9 = tmp_7 + tmp_8
+        qddot_5 = inverse_m_5 * (tmp_9 - k_5 * (q_5 - z_5) - g_times_m_5)
+        qddot_6 = inverse_m_6 * (-tmp_3 - tmp_4 - tmp_5 - tmp_6 - tmp_9 - g_times_m_6)
+        qddot_7 = inverse_I_6 * (
+            a_1 * (-tmp_1 - tmp_2)
+            + a_5 * (-tmp_7 - tmp_8)
+            - a_2 * tmp_4
+            - a_3 * tmp_5
+            - a_4 * tmp_6
+            - l_10_minus_l_9 * F
+        )
+
+        derivative[0 * LANES + lane] = qdot_1
+        derivative[1 * LANES + lane] = qdot_2
+        derivative[2 * LANES + lane] = qdot_3
+        derivative[3 * LANES + lane] = qdot_4
+        derivative[4 * LANES + lane] = qdot_5
+        derivative[5 * LANES + lane] = qdot_6
+        derivative[6 * LANES + lane] = qdot_7
+        derivative[7 * LANES + lane] = qddot_1
+        derivative[8 * LANES + lane] = qddot_2
+        derivative[9 * LANES + lane] = qddot_3
+        derivative[10 * LANES + lane] = qddot_4
+        derivative[11 * LANES + lane] = qddot_5
+        derivative[12 * LANES + lane] = qddot_6
+        derivative[13 * LANES + lane] = qddot_7

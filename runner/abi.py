@@ -11,6 +11,8 @@ Symbols: x = [q, qdot] is the state, u the inputs (and the input rates a model n
     outputs(t, x, u, c, y)          y (n_outputs,)
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
     linear(c, A, B)                 A (n_states, n_states)  B (n_states, n_inputs + 1): dx = A x + B [u, 1]
+    lane_rhs(t, x, u, c, dx)        rhs of LANES runs: entry i of run l stands at [i * LANES + l]; the arguments are
+                                    pointers and do not overlap; missing where rhs calls a function without vectors
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
 """
@@ -34,6 +36,11 @@ SIGNATURES = {
     "positions": types.void(VECTOR, VECTOR),
     "linear": types.void(VECTOR, MATRIX, MATRIX),
 }
+
+#: Runs that a lane kernel advances: the doubles in a register of 512 bits. Rows of lanes stand on cache lines.
+LANES = 8
+POINTER = types.CPointer(types.float64)
+LANE_KERNEL = types.void(POINTER, POINTER, POINTER, POINTER, POINTER)
 
 #: Kernel arguments of a driver: passed by pointer, so that a driver compiles once for all models and is cached.
 RHS = types.FunctionType(VECTOR_KERNEL)

@@ -29,7 +29,9 @@ def pointer(function: Any, signature: Any, name: str) -> int:
     return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
 
 
-def _caller(signature: Any) -> Any:
+def caller(signature: Any) -> Any:
+    """What an intrinsic gives that calls a function of this signature at an address, its first argument."""
+
     def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
         kind = context.call_conv.get_function_type(signature.return_type, signature.args)
         where = builder.inttoptr(arguments[0], kind.as_pointer())
@@ -46,7 +48,7 @@ def _caller(signature: Any) -> Any:
 @intrinsic
 def call_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
     """Call kernel(t, x, u, c, result) of the calling convention (see `abi`) at an address."""
-    return _caller(abi.VECTOR_KERNEL)
+    return caller(abi.VECTOR_KERNEL)
 
 
 @intrinsic
@@ -58,4 +60,4 @@ def call_linear(typing_context: Any, where: Any, c: Any, A: Any, B: Any) -> Any:
 @intrinsic
 def call_event(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any) -> Any:
     """The value of function(t, x, u, c) -> float at an address."""
-    return _caller(EVENT_SIGNATURE)
+    return caller(EVENT_SIGNATURE)

@@ -83,14 +83,20 @@ def as_solution(
 
 def _values(subject: Subject, problem: Problem, trajectory: Trajectory) -> NDArray[np.float64]:
     """States, outputs and inputs at the saved points (n, n_quantities); at a jump, the limit from the right."""
-    n = len(trajectory.t)
-    u = np.zeros((n, max(1, len(subject.inputs))))
-    y = np.zeros((n, len(subject.outputs)))
-    sample(problem.inputs, trajectory.t, u)
-    if subject.output_kernel is not None:
-        kernel = pointer(subject.output_kernel, abi.VECTOR_KERNEL, "outputs")
-        fill(kernel, trajectory.t, trajectory.states, u, problem.constants, y)
+    u, y = outputs_of(subject.output_kernel, len(subject.outputs), problem, trajectory)
     return np.concatenate([trajectory.states, y, u[:, : len(subject.inputs)]], axis=1)
+
+
+def outputs_of(
+    kernel: Any, count: int, problem: Problem, trajectory: Trajectory
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Inputs (n, channels) and `count` outputs (n, count) at the saved points; kernel: None where there is none."""
+    n = len(trajectory.t)
+    u, y = np.zeros((n, max(1, len(problem.inputs.first)))), np.zeros((n, count))
+    sample(problem.inputs, trajectory.t, u)
+    if kernel is not None:
+        fill(pointer(kernel, abi.VECTOR_KERNEL, "outputs"), trajectory.t, trajectory.states, u, problem.constants, y)
+    return u, y
 
 
 @compiled()

@@ -116,14 +116,30 @@ def first_step(space, control, t, longest):
     copy(space, Y, NEW)
     speed = norm(space, control, K0)
     if control.kind == MATLAB:
-        rate = speed * control.rtol ** (1.0 - 1.0 / control.order) / 0.8
-        return 1.0 / rate if longest * rate > 1.0 else longest
-    size = norm(space, control, Y)
-    h = 1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed
+        return matlab_first_step(speed, control.rtol, control.order, longest)
+    h = trial_step(norm(space, control, Y), speed)
     bend = second_derivative(space, control, t, min(h, longest))
-    greatest = max(speed, bend)
-    by_order = max(1e-6, 1e-3 * h) if greatest <= 1e-15 else (0.01 / greatest) ** (1.0 / control.order)
-    return min(100.0 * h, by_order, longest)
+    return min(settled_step(h, max(speed, bend), control.order), longest)
+
+
+@compiled(**LEAN)
+def matlab_first_step(speed, rtol, order, longest):
+    """Size of MATLAB's first step, for a relative size of the slope."""
+    rate = speed * rtol ** (1.0 - 1.0 / order) / 0.8
+    return 1.0 / rate if longest * rate > 1.0 else longest
+
+
+@compiled(**LEAN)
+def trial_step(size, speed):
+    """Length of the explicit Euler step that tells the second derivative (HNW II.4, steps a to c)."""
+    return 1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed
+
+
+@compiled(**LEAN)
+def settled_step(h, greatest, order):
+    """Size of a first step from that of the trial and the larger of the derivatives (HNW II.4, steps e and f)."""
+    by_order = max(1e-6, 1e-3 * h) if greatest <= 1e-15 else (0.01 / greatest) ** (1.0 / order)
+    return min(100.0 * h, by_order)
 
 
 @compiled(**LEAN)

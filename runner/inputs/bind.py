@@ -23,7 +23,7 @@ def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> 
     signals = _signals(tables, inputs or {})
     for channel in tables.inputs[: tables.rhs_inputs]:
         if channel.rate_of:
-            _check_continuous(channel.rate_of, signals[channel.rate_of], channel.name)
+            check_continuous(channel.rate_of, signals[channel.rate_of], channel.name)
     channels = [signals[channel.rate_of or channel.name] for channel in tables.inputs]
     return stack(channels, [int(bool(channel.rate_of)) for channel in tables.inputs])
 
@@ -45,14 +45,15 @@ def as_signal(what: str, value: Signal | float) -> Signal:
     return value if isinstance(value, Signal) else constant(finite(what, value))
 
 
-def _check_continuous(name: str, signal: Signal, rate_name: str) -> None:
-    """A jump has no rate: a wheel does not climb a step in no time."""
+def check_continuous(name: str, signal: Signal, rate_name: str) -> None:
+    """Refuse a jump, which has no rate: a wheel does not climb a step in no time."""
     pieces = signal.pieces
     before, length = pieces[:-1], np.diff(pieces[:, START])
     sines = before[:, AMPLITUDE] * np.sin(before[:, FREQUENCY] * length + before[:, PHASE])
     ends = np.polynomial.polynomial.polyval(length, before[:, C0 : C0 + 4].T, tensor=False) + sines
     starts = pieces[1:, C0] + pieces[1:, AMPLITUDE] * np.sin(pieces[1:, PHASE])
-    largest = max(np.abs(ends).max(initial=0.0), np.abs(starts).max(initial=0.0))
+    sizes = (ends, starts, pieces[:, AMPLITUDE])  # a half-sine is 0 at both ends, but for rounding
+    largest = max(np.abs(each).max(initial=0.0) for each in sizes)
     jumps = np.flatnonzero(np.abs(starts - ends) > JUMP * largest)
     if jumps.size and signal.rate != 0.0:
         at = (pieces[jumps[0] + 1, START] - signal.offset) / signal.rate

@@ -10,7 +10,7 @@ from runner.compiled import compiled
 from runner.explicit.workspace import constants, input_table, input_values
 from runner.inputs.reader import read
 from runner.memory import LEAN, floats, integers
-from runner.pointers import _caller, call_kernel
+from runner.pointers import call_kernel, caller
 from runner.stiff.linear_algebra import factorize, solve
 from runner.stiff.space import (
     DEGREE,
@@ -34,7 +34,7 @@ ROOT_EPS = float(np.sqrt(np.finfo(np.float64).eps))
 @intrinsic
 def call_matrix_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
     """Call kernel(t, x, u, c, J) of the calling convention at an address."""
-    return _caller(MATRIX_KERNEL)
+    return caller(MATRIX_KERNEL)
 
 
 @compiled(**LEAN)

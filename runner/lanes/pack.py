@@ -1,0 +1,94 @@
+"""The records that compiled lane loops read: the batch, which threads share, and the pack of lanes of one thread."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner import abi
+from runner.compiled import compiled
+from runner.explicit.workspace import MOST_STAGES
+from runner.memory import VIEW, address, floats, layout, record
+
+LANES = abi.LANES
+
+#: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i:
+#: table, rate, offset (runs, channels), order, grid (channels,). Tables: pieces (n_pieces, 8), of table k those from
+#: first[k] to last[k], per_length[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs,
+#: n_samples), columns (n_columns,): states, then n + output. next: the run that the next free lane takes. atol (n,).
+#: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
+#: evaluations, failed_at (runs,).
+BATCH = layout(
+    "runs n channels n_inputs n_constants n_outputs n_pieces rhs outputs "
+    "t0 t1 initial constants atol table rate offset order grid pieces first last per_length "
+    "break_first break_last breaks n_samples times samples columns n_columns needs_outputs "
+    "next final status failed_state steps failed_attempts evaluations failed_at max_steps",
+    "step limit rtol max_step first_step",
+)
+
+#: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;
+#: u; c; control and inputs: the rows named below), of integers per lane (run: -1 where idle; sample: the next one;
+#: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane, c_lane, weights), of cursors (LANES, channels) and
+#: kinds (channels,); taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be taken anew.
+PACK = layout(
+    "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
+    "x_lane u_lane y_lane c_lane weights turns piece sample_piece break_at lane_kind kind leader taken fresh"
+)
+
+#: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
+#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; TARGET: where the step
+#: ends. Fixed steps: START, K, STEP: the grid START + K*STEP; ATTENTION: a grid point beyond it wants a closer look;
+#: SIZE: sum of squares of the states. Adaptive steps: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the
+#: end; SAMPLE: time of the next sample; NEXT, LEAST: size of the next step, and the least that advances the time;
+#: PROPOSED: what the step was to be at first; TRIED: what is tried; LANDS: 1 where it ends at STOP; FAILURES in a row;
+#: ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where the step is accepted; FRESH: 1 where the slope is to be taken
+#: anew; STEPS, FAILED: counts; LONGEST: step.
+(T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
+(ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
+(GOOD, FRESH, STEPS, FAILED, LONGEST) = range(24, 29)
+CONTROL_ROWS = 29
+
+#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(FREQUENCY*t) +
+#: COSINE_PART*cos(FREQUENCY*t), where s = RATE*t + OFFSET - BEGIN. A channel whose pieces are of one length computes
+#: which it needs: C0: where the second begins; C1: pieces per length; C2: the first; C3: how many more there are.
+RATE, OFFSET, BEGIN, C0, C1, C2, C3, FREQUENCY, SINE_PART, COSINE_PART = range(10)
+INPUT_ROWS = 10
+
+
+@compiled(**VIEW)
+def control_rows(pack):
+    """All rows of `control` as one array: [ROW * LANES + lane]."""
+    return floats(pack.control, CONTROL_ROWS * LANES)
+
+
+def rows(count: int) -> NDArray[np.float64]:
+    """A number of rows of lanes (count * LANES,) of zeros, on a cache line."""
+    buffer = np.zeros(max(1, count) * LANES + 7)
+    return buffer[-(buffer.ctypes.data // 8) % 8 :][: max(1, count) * LANES]
+
+
+def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """A pack of idle lanes for a method of so many slopes, and the arrays it points into."""
+    n, channels = int(batch["n"]), max(1, int(batch["channels"]))
+    arrays: dict[str, NDArray[Any]] = {
+        "now": rows(n),
+        "new": rows(n),
+        "stage": rows(n),
+        "slopes": rows(slopes * n),
+        "u": rows(channels),
+        "c": rows(int(batch["n_constants"])),
+        "control": rows(CONTROL_ROWS),
+        "inputs": rows(INPUT_ROWS * channels),
+        "turns": rows(2 * channels),
+        "weights": np.zeros(MOST_STAGES),
+        "x_lane": np.zeros(n),
+        "u_lane": np.zeros(channels),
+        "y_lane": np.zeros(max(1, int(batch["n_outputs"]))),
+        "c_lane": np.zeros(max(1, int(batch["n_constants"]))),
+    }
+    for name in ("run", "sample", "landing", "steps", "evaluations", "failed_attempts"):
+        arrays[name] = np.full(LANES, -1 if name == "run" else 0, dtype=np.int64)
+    for name in ("piece", "sample_piece", "break_at", "lane_kind"):
+        arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
+    arrays["kind"], arrays["leader"] = np.full(channels, -1), np.zeros(channels, dtype=np.int64)
+    return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays

@@ -1,0 +1,71 @@
+"""Runs of a batch one by one, for methods and models that do not go in lanes; the results are laid out the same."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runner.lanes.starts import table_of
+from runner.problem import Problem, Status, Trajectory
+from runner.result import outputs_of
+
+if TYPE_CHECKING:
+    from runner.lanes.task import Task
+
+
+def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:
+    """Integrate run after run, each as `simulate` does, into the arrays of the task."""
+    arrays, started = task.arrays, time.perf_counter()
+    for run in range(task.runs):
+        left = None if time_limit is None else time_limit - (time.perf_counter() - started)
+        if left is not None and left <= 0:
+            arrays["status"][run:] = int(Status.TIME_LIMIT)
+            return
+        problem, times = _problem(task, run), arrays["times"][run]
+        t0, t1 = problem.t0, problem.t1
+        wanted = times[(times >= t0) & (times <= t1)]
+        options = replace(task.options, output_times=wanted if len(wanted) else np.array([t1]), time_limit=left)
+        trajectory = task.method.integrate(problem, task.method, options)
+        _write(task, run, problem, trajectory)
+        if trajectory.status is Status.INTERRUPTED:
+            arrays["status"][run:] = int(Status.INTERRUPTED)
+            return
+        if progress is not None:
+            progress((run + 1) / task.runs)
+
+
+def _problem(task: "Task", run: int) -> Problem:
+    model, arrays = task.model, task.arrays
+    return Problem(
+        rhs=model.kernel("rhs"),
+        t0=float(arrays["t0"][run]),
+        t1=float(arrays["t1"][run]),
+        initial_state=arrays["initial"][run],
+        constants=arrays["constants"][run],
+        inputs=table_of(task.inputs, run),
+        n_inputs=model.tables.rhs_inputs,
+        state_names=model.state_names,
+        jacobian=model.kernel("jacobian") if task.method.stiff else None,
+    )
+
+
+def _write(task: "Task", run: int, problem: Problem, trajectory: Trajectory) -> None:
+    arrays = task.arrays
+    arrays["final"][run] = trajectory.states[-1]
+    arrays["status"][run] = int(trajectory.status)
+    arrays["failed_at"][run], arrays["failed_state"][run] = trajectory.failed_at, trajectory.failed_state
+    for name in ("steps", "failed_attempts", "evaluations"):
+        arrays[name][run] = getattr(trajectory.statistics, name)
+    if not arrays["times"].shape[1]:
+        return
+    values = trajectory.states
+    if task.needs_outputs:
+        kernel, count = task.model.kernel("outputs"), len(task.model.tables.outputs)
+        values = np.hstack([values, outputs_of(kernel, count, problem, trajectory)[1]])
+    places = np.searchsorted(trajectory.t, arrays["times"][run] - 1e-12 * max(1.0, abs(problem.t1)))
+    near = np.minimum(places, len(trajectory.t) - 1)
+    reached = np.abs(trajectory.t[near] - arrays["times"][run]) <= 1e-9 * (problem.t1 - problem.t0)
+    found = values[near][:, arrays["columns"]]
+    arrays["samples"][run] = np.where(reached[:, None], found, np.nan)

@@ -1,0 +1,193 @@
+"""The inputs of many runs as one table: pieces that runs share are stored once, whatever their rates and offsets."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from runner.checks import unknown
+from runner.inputs.bind import as_signal, check_continuous
+from runner.inputs.shapes import constant
+from runner.inputs.signal import AMPLITUDE, START, Signal
+from runner.tables import Tables
+
+#: Pieces from which on it is worth computing which one holds, and how far their lengths may differ by rounding.
+FEW, SAME = 16, 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class SignalPerRun:
+    """One signal that every run reads at its own tau = rate*t + offset; rate, offset: a number or (runs,)."""
+
+    signal: Signal
+    rate: ArrayLike = 1.0
+    offset: ArrayLike = 0.0
+
+
+def per_run(signal: Signal, rate: ArrayLike = 1.0, offset: ArrayLike = 0.0) -> SignalPerRun:
+    """A signal read by each run of a batch at rate*t + offset, each a number or (runs,); the signal is stored once.
+
+    A road under an axle that is `place` m ahead, at the speeds v (runs,): per_run(road, rate=v, offset=place). One
+    pulse at the times t (runs,): per_run(pulse_train(times=[0], ...), offset=-t).
+    """
+    return SignalPerRun(signal, rate, offset)
+
+
+#: What may stand for one input: for all runs, or one for each.
+BatchInput = Signal | SignalPerRun | float | Sequence[Signal | float] | NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class BatchTable:
+    """All inputs of all runs. table, rate, offset (runs, channels); order (channels,): 0 value, 1 time derivative.
+
+    Table k is pieces[first[k] : last[k] + 1] with breaks[break_first[k] : break_last[k]]. per_length[k]: where all its
+    pieces but the first and last are of one length and have no sine, the reciprocal of that, else 0. grid (channels,):
+    whether that is so in every run.
+    """
+
+    table: NDArray[np.int64]
+    rate: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    order: NDArray[np.int64]
+    grid: NDArray[np.int64]
+    pieces: NDArray[np.float64]
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    per_length: NDArray[np.float64]
+    break_first: NDArray[np.int64]
+    break_last: NDArray[np.int64]
+    breaks: NDArray[np.float64]
+
+
+class _Tables:
+    """Distinct piece arrays, numbered in the order in which they are first met."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[tuple[int, int], int] = {}
+        self.signals: list[Signal] = []
+
+    def number(self, signal: Signal) -> int:
+        key = (id(signal.pieces), id(signal.breakpoints))
+        if key not in self._numbers:
+            self._numbers[key] = len(self.signals)
+            self.signals.append(signal)
+        return self._numbers[key]
+
+
+def count_runs(inputs: Any) -> dict[str, int]:
+    """What says how many runs there are -> that number."""
+    if isinstance(inputs, Mapping):
+        sizes = {f"input {name}": _size(value) for name, value in inputs.items()}
+        return {name: size for name, size in sizes.items() if size is not None}
+    return {"inputs": len(inputs)} if inputs is not None else {}
+
+
+def _size(value: Any) -> int | None:
+    if isinstance(value, SignalPerRun):
+        shape = np.broadcast_shapes(np.shape(value.rate), np.shape(value.offset))
+        return shape[0] if shape else None
+    if isinstance(value, Signal) or np.ndim(value) == 0:
+        return None
+    return len(value)
+
+
+def stack_runs(tables: Tables, inputs: Any, runs: int) -> BatchTable:
+    """The table of all channels of all runs, in the kernels' order; inputs not given are 0.
+
+    inputs: name -> what it is for all runs or for each, or one mapping name -> Signal or number for each run.
+    Raises ValueError as `bind` does, naming the input and, where each run has its own, the run.
+    """
+    found, zero = _Tables(), constant(0.0)
+    free = [channel.name for channel in tables.inputs if not channel.rate_of]
+    columns: dict[str, tuple[Any, Any, Any]] = {name: (found.number(zero), 0.0, 0.0) for name in free}
+    for name, value in _by_name(tables, inputs, runs, zero).items():
+        columns[name] = _column(found, f"input {name}", value)
+    shape = (runs, len(tables.inputs))
+    table, rate, offset = np.zeros(shape, dtype=np.int64), np.zeros(shape), np.zeros(shape)
+    for i, channel in enumerate(tables.inputs):
+        table[:, i], rate[:, i], offset[:, i] = columns[channel.rate_of or channel.name]
+    for i, channel in enumerate(tables.inputs[: tables.rhs_inputs]):
+        if channel.rate_of:
+            for k in np.unique(table[:, i]):
+                check_continuous(channel.rate_of, found.signals[k], channel.name)
+    _check_finite(tables, rate, offset)
+    order = np.array([int(bool(channel.rate_of)) for channel in tables.inputs], dtype=np.int64)
+    stacked = _stacked(found.signals)
+    grid = (stacked["per_length"][table] > 0).all(axis=0).astype(np.int64)
+    return BatchTable(table, rate, offset, order, grid, **stacked)
+
+
+def _by_name(tables: Tables, inputs: Any, runs: int, zero: Signal) -> dict[str, Any]:
+    if inputs is None:
+        return {}
+    mappings = [inputs] if isinstance(inputs, Mapping) else list(inputs)
+    rate_of = {channel.name: channel.rate_of for channel in tables.inputs}
+    names = list(dict.fromkeys(name for mapping in mappings for name in mapping))
+    for name in names:
+        if name not in rate_of:
+            free = [each for each, value in rate_of.items() if not value]
+            raise ValueError(f"model {tables.name}: {unknown('input', name, free)}")
+        if rate_of[name]:
+            raise ValueError(f"model {tables.name}: {name} is the rate of {rate_of[name]}; give {rate_of[name]}")
+    if isinstance(inputs, Mapping):
+        return dict(inputs)
+    return {name: [mapping.get(name, zero) for mapping in mappings] for name in names}
+
+
+def _column(found: _Tables, what: str, value: Any) -> tuple[Any, Any, Any]:
+    """Table, rate and offset of an input: numbers, or one for each run."""
+    if isinstance(value, SignalPerRun):
+        signal = as_signal(what, value.signal)
+        rate, offset = np.asarray(value.rate, dtype=float), np.asarray(value.offset, dtype=float)
+        return found.number(signal), signal.rate * rate, signal.rate * offset + signal.offset
+    if isinstance(value, Signal) or np.ndim(value) == 0:
+        signal = as_signal(what, value)
+        return found.number(signal), signal.rate, signal.offset
+    signals = [as_signal(f"{what} of run {i}", _plain(each)) for i, each in enumerate(value)]
+    numbers = np.array([found.number(signal) for signal in signals], dtype=np.int64)
+    return numbers, np.array([s.rate for s in signals]), np.array([s.offset for s in signals])
+
+
+def _plain(value: Any) -> Any:
+    return float(value) if isinstance(value, np.floating | np.integer) else value
+
+
+def _check_finite(tables: Tables, rate: NDArray[np.float64], offset: NDArray[np.float64]) -> None:
+    bad = np.argwhere(~(np.isfinite(rate) & np.isfinite(offset)))
+    if bad.size:
+        run, i = bad[0]
+        raise ValueError(f"input {tables.inputs[i].name}: rate or offset of run {run} is not finite")
+
+
+def _stacked(signals: list[Signal]) -> dict[str, Any]:
+    """The piece arrays and breakpoints one behind the other; an array that several signals share is stored once."""
+    blocks: dict[int, tuple[int, NDArray[np.float64]]] = {}
+    length = 0
+    for signal in signals:
+        if id(signal.pieces) not in blocks:
+            blocks[id(signal.pieces)] = (length, signal.pieces)
+            length += len(signal.pieces)
+    first = np.array([blocks[id(signal.pieces)][0] for signal in signals], dtype=np.int64)
+    counts = [len(signal.breakpoints) for signal in signals]
+    ends = np.cumsum(counts, dtype=np.int64)
+    # The end of a piece is read from the start of the next: one row more than there are pieces.
+    return {
+        "pieces": np.ascontiguousarray(np.concatenate([*(block for _, block in blocks.values()), np.zeros((1, 8))])),
+        "first": first,
+        "last": first + np.array([len(signal.pieces) - 1 for signal in signals], dtype=np.int64),
+        "per_length": np.array([_per_length(signal.pieces) for signal in signals]),
+        "break_first": ends - np.array(counts, dtype=np.int64),
+        "break_last": ends,
+        "breaks": np.concatenate([*(np.sort(signal.breakpoints) for signal in signals), np.zeros(1)]),
+    }
+
+
+def _per_length(pieces: NDArray[np.float64]) -> float:
+    """The reciprocal of the length of all pieces but first and last; 0 where they differ, are few, or have sines."""
+    lengths = np.diff(pieces[1:, START])
+    if len(lengths) < FEW or pieces[:, AMPLITUDE].any() or np.ptp(lengths) > SAME * lengths.mean() * len(lengths):
+        return 0.0
+    return float(len(lengths) / (pieces[-1, START] - pieces[1, START]))

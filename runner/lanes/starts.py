@@ -1,0 +1,132 @@
+"""What every run of a batch starts with: its constants and its static equilibrium, for all runs at once."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from runner import abi
+from runner.compiled import compiled
+from runner.equilibrium import AT_REST, EquilibriumError, rest
+from runner.inputs.signal import InputTable, Signal
+from runner.lanes.signals import BatchTable
+from runner.load import Model
+
+Floats = NDArray[np.float64]
+
+#: Newton iterations for all runs together; a run that needs more or is hard gets the careful search of its own.
+MOST_ITERATIONS = 12
+#: Condition number, rows scaled, above which the careful search has a look.
+DOUBTFUL = 1e9
+
+
+def _constants(kernel, p, c):
+    for run in range(len(p)):
+        kernel(p[run], c[run])
+
+
+def _evaluate(kernel, t, x, u, c, result):
+    for run in range(len(x)):
+        kernel(t[run], x[run], u[run], c[run], result[run])
+
+
+_TABLE = types.Array(types.float64, 2, "C")
+_STACK = types.Array(types.float64, 3, "C")
+
+
+@cache
+def _compiled_constants() -> Any:
+    return compiled(types.void(types.FunctionType(abi.SIGNATURES["constants"]), _TABLE, _TABLE))(_constants)
+
+
+@cache
+def _compiled_evaluate(kernel: Any, result: Any) -> Any:
+    return compiled(types.void(kernel, abi.VECTOR, _TABLE, _TABLE, _TABLE, result))(_evaluate)
+
+
+def constants_of(model: Model, p: Floats) -> Floats:
+    """Constants (runs, n_constants) for parameters (runs, n_parameters); a ValueError names the run it fails for."""
+    c = np.zeros((len(p), len(model.tables.constant_names)))
+    try:
+        _compiled_constants()(model.kernel("constants"), np.ascontiguousarray(p), c)
+        bad = np.flatnonzero(~np.isfinite(c).all(axis=1))
+    except ZeroDivisionError:
+        bad = np.arange(len(p))
+    for run in bad:
+        try:
+            model.constants(p[run])
+        except ValueError as error:
+            raise ValueError(f"run {run}: {error}") from None
+    return c
+
+
+def inputs_at(table: BatchTable, t: Floats) -> Floats:
+    """All channels of all runs (runs, channels) at times t (runs,); input rates are 0."""
+    u = np.zeros((len(t), max(1, len(table.order))))
+    for i in np.flatnonzero(table.order == 0):
+        tau = table.rate[:, i] * t + table.offset[:, i]
+        for k in np.unique(table.table[:, i]):
+            chosen = table.table[:, i] == k
+            pieces = np.ascontiguousarray(table.pieces[table.first[k] : table.last[k] + 1])
+            u[chosen, i] = Signal(pieces, np.empty(0))(tau[chosen])
+    return u
+
+
+def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> Floats:
+    """The static equilibria (runs, n_states) for constants c (runs, n_constants), with the inputs at t0 (runs,).
+
+    Newton's method for all runs at once; runs it does not settle are searched for one by one, as in `equilibrium`.
+    Raises EquilibriumError naming the first run that has none.
+    """
+    runs, n = len(c), len(model.coordinate_names)
+    x, u = np.zeros((runs, 2 * n)), inputs_at(table, t0)
+    slopes, matrices = np.zeros((runs, 2 * n)), np.zeros((runs, 2 * n, 2 * n))
+    rhs, jacobian = _compiled_evaluate(abi.RHS, _TABLE), _compiled_evaluate(abi.JACOBIAN, _STACK)
+    settled = np.zeros(runs, dtype=bool)
+    with np.errstate(all="ignore"):
+        for _ in range(MOST_ITERATIONS):
+            try:
+                rhs(model.kernel("rhs"), t0, x, u, c, slopes)
+                jacobian(model.kernel("jacobian"), t0, x, u, c, matrices)
+                r, J = slopes[:, n:], matrices[:, n:, :n]
+                scale = np.abs(J).max(axis=2, initial=0.0, keepdims=True)
+                inverse = np.linalg.inv(J / scale)
+            except (ZeroDivisionError, np.linalg.LinAlgError):
+                break
+            condition = np.abs(inverse).sum(axis=2).max(axis=1) * n
+            terms = (np.abs(J) @ np.abs(x[:, :n, None]))[:, :, 0] + 1.0
+            settled = (np.abs(r) <= 1e-3 * AT_REST * terms).all(axis=1) & (condition < DOUBTFUL)
+            if settled.all():
+                break
+            x[~settled, :n] -= (inverse @ (r[:, :, None] / scale))[~settled, :, 0]
+    for run in np.flatnonzero(~(settled & np.isfinite(x).all(axis=1))):
+        x[run] = _alone(model, c[run], table_of(table, int(run)), float(t0[run]), int(run))
+    return x
+
+
+def _alone(model: Model, c: Floats, table: InputTable, t0: float, run: int) -> Floats:
+    try:
+        return rest(model, c, table, t0)
+    except EquilibriumError as error:
+        raise EquilibriumError(f"run {run}: {error}") from None
+
+
+def table_of(table: BatchTable, run: int) -> InputTable:
+    """The inputs of one run, as a run alone takes them."""
+    chosen, rate, offset = table.table[run], table.rate[run], table.offset[run]
+    times = [
+        np.sort((table.breaks[table.break_first[k] : table.break_last[k]] - shift) / speed)
+        for k, speed, shift in zip(chosen, rate, offset, strict=True)
+        if speed != 0.0
+    ]
+    return InputTable(
+        pieces=table.pieces,
+        first=table.first[chosen],
+        last=table.last[chosen],
+        rate=rate.copy(),
+        offset=offset.copy(),
+        order=table.order,
+        breakpoints=np.unique(np.concatenate(times)) if times else np.empty(0),
+    )

@@ -1,0 +1,127 @@
+"""Packs of lanes over the cores: a thread a pack, all taking their runs from one counter.
+
+The compiled loops release the interpreter's lock. They come back every few milliseconds, and between two slices a
+thread sees whether it is to stop: progress, Ctrl-C and wall-clock limits act from the thread that asked for the batch.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from threading import Event
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runner.explicit.controller import control_for
+from runner.explicit.step import pair_for
+from runner.lanes import adaptive, fixed
+from runner.lanes.pack import LANES, make_pack
+from runner.memory import address
+from runner.methods import Method
+from runner.options import Options
+from runner.problem import Status
+
+if TYPE_CHECKING:
+    from runner.lanes.task import Task
+
+#: State components advanced by a slice: some milliseconds.
+SLICE_WORK = 4_000_000
+#: Seconds between two looks at what the threads have done.
+LOOK = 0.05
+
+
+def run_in_lanes(
+    task: "Task",
+    kernel: Any,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+    time_limit: float | None,
+) -> None:
+    """Integrate all runs in packs of lanes, into the arrays of the task."""
+    batch = task.record(kernel)
+    driver = driver_for(task.method, task.options)
+    most_steps = max(16, SLICE_WORK // (LANES * int(batch["n"]) * driver.slopes))
+    stop = Event()
+
+    def work() -> None:
+        pack, arrays = make_pack(batch, driver.slopes)
+        if driver.start(batch, pack, *driver.start_arguments):
+            while driver.advance(batch, pack, *driver.arguments, most_steps) == Status.RUNNING and not stop.is_set():
+                pass
+        del arrays  # The loop knew them by address: they had to live until here.
+
+    count = max(1, min(threads or cores(), -(-task.runs // LANES)))
+    with ThreadPoolExecutor(count) as pool:
+        futures = [pool.submit(work) for _ in range(count)]
+        why = _watch(futures, lambda: _done(task), stop, progress, time_limit)
+    for future in futures:
+        future.result()
+    status = task.arrays["status"]
+    status[status == int(Status.RUNNING)] = int(why)
+    del kernel  # Known by address, too.
+
+
+@dataclass(frozen=True, eq=False)
+class Driver:
+    """A method's compiled start and loop, their arguments between the pack and the number of steps, and its slopes.
+
+    keep: what the arguments point into.
+    """
+
+    start: Any
+    advance: Any
+    start_arguments: tuple[Any, ...]
+    arguments: tuple[Any, ...]
+    slopes: int
+    keep: Any = None
+
+
+def driver_for(method: Method, options: Options) -> Driver:
+    """The driver of a method; ValueError where it does not run in lanes."""
+    tableau, pair = method.tableau, method.pair
+    if tableau is None:
+        raise ValueError(f"method {method.name!r} does not run in lanes")
+    if pair is None:
+        c = tableau.c.copy()
+        loop = fixed.advance(method.name, tableau.stages)
+        return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, c)
+    coefficients, table = pair_for(pair)
+    control = control_for(pair.controller, pair.error_order, options.rtol, options.divergence_limit)
+    loop = adaptive.advance(method.name, pair.dense.stages, pair.next_slope)
+    longest = float(pair.longest_step)
+    arguments = (coefficients, control, longest)
+    return Driver(adaptive.compiled_start(), loop, (longest,), arguments, pair.dense.stages, table)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _done(task: "Task") -> float:
+    return float(np.count_nonzero(task.arrays["status"])) / task.runs
+
+
+def _watch(
+    futures: list[Future[None]],
+    done: Callable[[], float],
+    stop: Event,
+    progress: Callable[[float], None] | None,
+    time_limit: float | None,
+) -> Status:
+    """Wait for the threads; gives what became of runs that they did not finish."""
+    started, why = time.perf_counter(), Status.INTERRUPTED
+    try:
+        while wait(futures, timeout=LOOK).not_done:
+            if progress is not None:
+                progress(done())
+            if time_limit is not None and time.perf_counter() - started >= time_limit:
+                why = Status.TIME_LIMIT
+                stop.set()
+    except KeyboardInterrupt:
+        stop.set()
+    if progress is not None:
+        progress(done())
+    return why

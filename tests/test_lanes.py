@@ -1,0 +1,292 @@
+"""Runs in lanes: each equals the same run alone, whatever its neighbours do."""
+
+import re
+
+import llvmlite.binding
+import numpy as np
+import pytest
+from conftest import MODELS
+from numba import njit, types
+
+import qddot
+from generated import m113
+from runner import abi
+from runner.compiled import FASTMATH
+from runner.lanes.batch import IN_LANES
+from runner.lanes.kernel import LaneCompiler
+from runner.lanes.signals import stack_runs
+from runner.lanes.vectors import combine, estimate_errors
+from runner.memory import LEAN
+from runner.methods import METHODS
+from runner.problem import Status
+
+FEATURES = llvmlite.binding.get_host_cpu_features()
+needs_avx = pytest.mark.skipif(not FEATURES.get("avx"), reason="this machine has no AVX")
+PACKED, SCALAR = r"v(mul|fn?m\w*)pd\s.*%[yz]mm", r"v(add|mul|div|fn?m\w*)sd"
+RTOL = 1e-6
+
+
+@pytest.fixture(scope="module")
+def m113_model():
+    return qddot.load("m113")
+
+
+def settings_of(method):
+    return {"rtol": RTOL, "atol": 1e-9} if METHODS[method].adaptive else {"step": 2e-4}
+
+
+def random_runs(model, runs, seed=3):
+    """Parameters (runs, p), initial states (runs, n) and inputs of a batch, all of them different."""
+    rng = np.random.default_rng(seed)
+    p = model.parameter_values() * rng.uniform(0.9, 1.1, (runs, len(model.tables.parameters)))
+    x = rng.uniform(-0.3, 0.3, (runs, len(model.state_names)))
+    pulse = qddot.pulse_train(times=[0.0], peak=1.0, duration=0.03)
+    wave = qddot.sine(0.02, 1.0)
+    names = [c.name for c in model.tables.inputs if not c.rate_of]
+    inputs = {
+        name: qddot.per_run(
+            wave if i % 2 else pulse, offset=-rng.uniform(0.01, 0.1, runs), rate=rng.uniform(1, 2, runs)
+        )
+        for i, name in enumerate(names)
+    }
+    return p, x, inputs
+
+
+def alone(model, span, method, p, x, inputs, run, times):
+    """The same run by `simulate`."""
+    names = [parameter.name for parameter in model.tables.parameters]
+    signals = {name: each.signal.shifted(each.rate[run], each.offset[run]) for name, each in inputs.items()}
+    return qddot.simulate(
+        model, span, method=method, parameters=dict(zip(names, map(float, p[run]), strict=True)), initial=x[run],
+        inputs=signals, output_times=times, on_failure="return", **settings_of(method),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_lane_equals_the_run_alone_for_every_model_and_method(name):
+    model, runs, span = qddot.load(name), 11, (0.0, 0.2)
+    p, x, inputs = random_runs(model, runs)
+    names = [*model.state_names, *(output.name for output in model.tables.outputs)]
+    same = 0
+    for method in IN_LANES:
+        batch = qddot.simulate_batch(
+            model, span, method=method, parameters=p, initial=x, inputs=inputs, samples=5, names=names,
+            **settings_of(method),
+        )  # fmt: skip
+        assert batch.in_lanes
+        assert batch.success.all()
+        for run in (0, 4, 10):
+            solution = alone(model, span, method, p, x, inputs, run, batch.sample_times[run])
+            expected = np.array([solution[each] for each in names]).T
+            scale = 1.0 + np.abs(expected).max(axis=0)
+            alike = solution.statistics.steps == batch.steps[run]
+            same += alike
+            # Where rounding decides whether a step is good, the steps differ and so does the error, within tolerance.
+            allowed = 1e-9 if alike else 100 * RTOL
+            assert np.abs((batch.samples[run] - expected) / scale).max() < allowed, (method, run)
+            assert np.abs(batch.final[run] - solution.states[-1]).max() < allowed * scale.max()
+            if alike:
+                assert batch.evaluations[run] == solution.statistics.evaluations
+                assert batch.failed_attempts[run] == solution.statistics.failed_attempts
+    assert same >= 24
+
+
+@pytest.mark.parametrize("method", ["rk4", "tsit5"])
+def test_lanes_are_refilled_whatever_the_lengths_of_runs(m113_model, method):
+    runs = 37
+    p, x, inputs = random_runs(m113_model, runs)
+    ends = np.linspace(0.02, 0.3, runs)[np.random.default_rng(1).permutation(runs)]
+    settings = {"method": method, "parameters": p, "initial": x, "inputs": inputs, **settings_of(method)}
+    batch = qddot.simulate_batch(m113_model, (0.0, ends), samples=3, **settings)
+    assert batch.success.all()
+    for run in (0, 7, 8, 20, 36):
+        solution = alone(m113_model, (0.0, ends[run]), method, p, x, inputs, run, batch.sample_times[run])
+        np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(batch.samples[run], solution.states, rtol=1e-9, atol=1e-9)
+        assert batch.steps[run] == solution.statistics.steps
+
+
+@pytest.mark.parametrize("runs", [0, 1, 3])
+def test_fewer_runs_than_lanes(m113_model, runs):
+    p, x, inputs = random_runs(m113_model, 8)
+    chosen = {name: qddot.per_run(each.signal, each.rate[:runs], each.offset[:runs]) for name, each in inputs.items()}
+    whole = qddot.simulate_batch(m113_model, (0, 0.1), step=1e-3, parameters=p, initial=x, inputs=inputs, samples=2)
+    part = qddot.simulate_batch(
+        m113_model, (0, 0.1), step=1e-3, parameters=p[:runs], initial=x[:runs], inputs=chosen, samples=2
+    )
+    assert part.final.shape == (runs, 14)
+    assert part.samples.shape == (runs, 2, 14)
+    np.testing.assert_array_equal(part.final, whole.final[:runs])
+
+
+@pytest.mark.parametrize("method", ["rk4", "tsit5", "dop853"])
+def test_a_lane_that_is_no_number_leaves_its_neighbours_alone(method):
+    model = qddot.load("double_pendulum")
+    x = np.random.default_rng(5).uniform(-1, 1, (16, 4))
+    settings = {"method": method, **(settings_of(method) | {"samples": 3})}
+    good = qddot.simulate_batch(model, (0, 0.2), initial=x, **settings)
+    x[5, 2] = 1e200  # its square overflows in the first stage
+    bad = qddot.simulate_batch(model, (0, 0.2), initial=x, **settings)
+    others = np.arange(16) != 5
+    assert Status(bad.status[5]) is Status.NON_FINITE
+    assert bad.failed_at[5] <= 2e-4
+    assert np.isfinite(bad.final[5]).all()
+    assert np.isnan(bad.samples[5, 1:]).all()
+    assert bad.success[others].all()
+    np.testing.assert_allclose(bad.final[others], good.final[others], rtol=1e-12, atol=1e-12)
+
+
+def test_a_run_that_diverges_says_when_and_by_which_state_as_it_does_alone():
+    model, stiffness = qddot.load("quarter_car"), np.full(12, 2.0e5)
+    stiffness[[2, 9]] = 4.0e8  # too stiff for the step
+    settings = {"method": "rk4", "step": 2e-3, "initial": np.array([0.1, 0.0, 0.0, 0.0])}
+    batch = qddot.simulate_batch(model, (0, 4.0), parameters={"k_t": stiffness}, divergence_limit=1e6, **settings)
+    lone = qddot.simulate(
+        model, (0, 4.0), parameters={"k_t": 4.0e8}, divergence_limit=1e6, on_failure="return", **settings
+    )
+    assert list(np.flatnonzero(~batch.success)) == [2, 9]
+    for run in (2, 9):
+        assert Status(batch.status[run]) is lone.status is Status.NON_FINITE
+        assert batch.failed_at[run] == lone.failed_at
+        assert model.state_names[batch.failed_state[run]] == lone.failed_state
+        assert batch.steps[run] == lone.statistics.steps
+        np.testing.assert_allclose(batch.final[run], lone.states[-1], rtol=1e-9)
+
+
+def test_every_lane_lands_on_its_own_breakpoints(m113_model):
+    shots = np.linspace(0.0301, 0.15017, 13)
+    pulse = qddot.pulse_train(times=[0.0], duration=0.02, impulse=605.0)
+    settings = {"parameters": "as_run_unloaded", "method": "dop853", "rtol": 1e-9, "atol": 1e-12}
+    batch = qddot.simulate_batch(m113_model, (0, 0.3), inputs={"F": qddot.per_run(pulse, offset=-shots)}, **settings)
+    for run, shot in enumerate(shots):
+        one = qddot.pulse_train(times=[shot], duration=0.02, impulse=605.0)
+        solution = qddot.simulate(m113_model, (0, 0.3), inputs={"F": one}, **settings)
+        np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+def test_runs_share_the_points_of_a_road(m113_model, kind):
+    places = np.linspace(-5, 25, 3000)
+    road = qddot.table(places, 0.02 * np.sin(2 * places) + 0.01 * np.cos(5 * places), kind=kind)
+    speeds, names = np.linspace(3, 8, 10), [f"z_{i}" for i in range(1, 6)]
+    inputs = {name: qddot.per_run(road, rate=speeds, offset=0.66 * i) for i, name in enumerate(names)}
+    assert len(stack_runs(m113_model.tables, inputs, 10).pieces) < 3010
+    settings = {"parameters": "as_run_unloaded", "method": "rk4", "step": 1e-3}
+    batch = qddot.simulate_batch(m113_model, (0, 0.2), inputs=inputs, **settings)
+    for run in (0, 9):
+        signals = {name: road.shifted(speeds[run], 0.66 * i) for i, name in enumerate(names)}
+        solution = qddot.simulate(m113_model, (0, 0.2), inputs=signals, **settings)
+        np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-12)
+        assert batch.steps[run] == solution.statistics.steps
+
+
+def test_every_run_starts_from_its_own_equilibrium(m113_model):
+    masses = np.linspace(8000, 14000, 9)
+    batch = qddot.simulate_batch(
+        m113_model, (0, 0.01), step=1e-3, parameters=("as_run_unloaded", {"m_6": masses}), samples=[0.0]
+    )
+    for run, mass in enumerate(masses):
+        rest = qddot.equilibrium(m113_model, ("as_run_unloaded", {"m_6": float(mass)}))
+        np.testing.assert_allclose(batch.samples[run, 0], rest, rtol=0, atol=1e-12)
+    with pytest.raises(qddot.EquilibriumError, match="run 0: model cart_pole: the static state is not isolated"):
+        qddot.simulate_batch(qddot.load("cart_pole"), (0, 1), step=1e-3, runs=2)
+
+
+def test_what_does_not_go_in_lanes_goes_alone_with_the_same_results():
+    model = qddot.load("quarter_car")
+    x = np.random.default_rng(2).uniform(-0.1, 0.1, (3, 4))
+    batch = qddot.simulate_batch(
+        model, (0, 0.5), method="ode15s", initial=x, samples=4, names=["z_s", "zdot_u"], rtol=1e-6
+    )
+    assert not batch.in_lanes
+    assert "ode15s" in batch.reason
+    lanes = qddot.simulate_batch(
+        model, (0, 0.5), method="dop853", initial=x, samples=4, names=["z_s", "zdot_u"], rtol=1e-9
+    )
+    np.testing.assert_allclose(batch.samples, lanes.samples, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(batch.final, lanes.final, rtol=0, atol=1e-4)
+
+
+def test_samples_outside_a_run_are_missing(m113_model):
+    batch = qddot.simulate_batch(
+        m113_model, (0, [0.05, 0.2]), step=1e-3, parameters="as_run_unloaded", samples=[0.0, 0.1, 0.2], names=["pitch"]
+    )
+    assert np.isfinite(batch.samples[:, :, 0]).tolist() == [[True, False, False], [True, True, True]]
+
+
+def test_inputs_may_be_one_mapping_for_each_run(m113_model):
+    settings = {"parameters": "as_run_unloaded", "step": 1e-3}
+    mappings = [{"F": 100.0}, {}, {"F": qddot.sine(50.0, 3.0)}]
+    batch = qddot.simulate_batch(m113_model, (0, 0.05), inputs=mappings, **settings)
+    for run, inputs in enumerate(mappings):
+        solution = qddot.simulate(m113_model, (0, 0.05), method="rk4", inputs=inputs, **settings)
+        np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-12)
+
+
+def test_limits_of_time_and_steps_end_a_batch(m113_model):
+    heard = []
+    batch = qddot.simulate_batch(
+        m113_model, (0, 1e4), step=1e-4, parameters="as_run_unloaded", runs=20, time_limit=0.2, progress=heard.append
+    )
+    assert {Status(each) for each in batch.status} == {Status.TIME_LIMIT}
+    assert batch.wall_time < 30
+    assert heard
+    few = qddot.simulate_batch(
+        m113_model, (0, 1), method="tsit5", parameters="as_run_unloaded", initial=np.full((9, 14), 0.01), max_steps=5
+    )
+    assert {Status(each) for each in few.status} == {Status.TOO_MANY_STEPS}
+    assert (few.steps == 5).all()
+
+
+def test_what_is_given_wrongly_is_named(m113_model):
+    def batch(span=(0, 1), **given):
+        return qddot.simulate_batch(m113_model, span, **({"step": 1e-3} | given))
+
+    with pytest.raises(ValueError, match=r"number of runs is not clear.*parameters: 3.*initial: 2"):
+        batch(parameters={"m_6": [1e4, 1e4, 1e4]}, initial=np.zeros((2, 14)))
+    with pytest.raises(ValueError, match="did you mean 'm_6'"):
+        batch(parameters={"m6": [1e4, 2e4]})
+    with pytest.raises(ValueError, match="span of run 1"):
+        batch(span=([0, 1], [1, 0.5]), initial=np.zeros(14))
+    with pytest.raises(ValueError, match="zdot_1 is the rate of z_1"):
+        batch(inputs={"zdot_1": [1.0, 2.0]})
+    with pytest.raises(ValueError, match="unknown state or output 'pich'; did you mean 'pitch'"):
+        batch(names=["pich"])
+    with pytest.raises(ValueError, match="give step="):
+        qddot.simulate_batch(m113_model, (0, 1))
+    with pytest.raises(ValueError, match="run 1: model m113: division by zero in the constants; zero: m_6"):
+        batch(parameters={"m_6": [1e4, 0.0]})
+
+
+def fresh(function, signature):
+    """A function compiled as lane loops are, past the cache, whose assembly can be read."""
+    options = {"fastmath": FASTMATH, "pipeline_class": LaneCompiler, **LEAN}
+    return next(iter(njit(signature, **options)(function).inspect_asm().values()))
+
+
+@needs_avx
+@pytest.mark.parametrize("name", MODELS)
+def test_the_lane_kernel_is_vectors_throughout(name):
+    assembly = fresh(qddot.load(name).module.lane_rhs.py_func, abi.LANE_KERNEL)
+    assert re.search(PACKED, assembly)
+    assert not re.search(SCALAR, assembly)
+    assert not re.search(r"\bcall", assembly)
+    if FEATURES.get("avx512f"):
+        assert "%zmm" in assembly
+
+
+@needs_avx
+def test_the_sums_of_a_step_are_vectors_throughout():
+    def sums(n, row, h, now, slopes, new, atol, sizes):
+        combine("dop853", row, n, h, now, slopes, new)
+        estimate_errors("dop853", n, h, now, new, slopes, atol, 1e-6, 1e100, sizes)
+
+    assembly = fresh(sums, types.void(*[types.int64] * 8))
+    assert len(re.findall(PACKED, assembly)) > 100
+    assert not re.search(SCALAR, assembly)
+
+
+def test_a_kernel_for_another_number_of_lanes_is_refused(m113_model, monkeypatch):
+    monkeypatch.setattr(m113, "LANES", 4)
+    with pytest.raises(qddot.LoadError, match="lane_rhs is for 4 lanes, expected 8"):
+        qddot.simulate_batch(m113_model, (0, 1), step=1e-3)
