@@ -54,7 +54,7 @@ def call_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any,
 @intrinsic
 def call_linear(typing_context: Any, where: Any, c: Any, A: Any, B: Any) -> Any:
     """Call the kernel linear(c, A, B) of the calling convention (see `abi`) at an address."""
-    return _caller(abi.SIGNATURES["linear"])
+    return caller(abi.SIGNATURES["linear"])
 
 
 @intrinsic
