@@ -51,6 +51,16 @@ class Observer:
         _compiled_fill()(*addresses, *sizes, *channels, t, np.ascontiguousarray(states), c, places, values)
         return values
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the quantities."""
+        return tuple(quantity.name for quantity in self.quantities)
+
+    @property
+    def sees_states_and_outputs(self) -> bool:
+        """Whether none of the quantities is an input or an energy."""
+        return all(place < len(self.model.tables.states) + len(self.model.tables.outputs) for place in self.places)
+
     def _needs(self) -> tuple[tuple[str, bool], ...]:
         return ("outputs", self.needs_outputs), ("energy", self.needs_energy)
 

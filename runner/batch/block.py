@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.batch.engine import Sampling, run_block
+from runner.batch.engine import run_block
 from runner.batch.job import Job
+from runner.batch.prepared import Run
 from runner.batch.probe import probe
+from runner.batch.sampling import Sampling
 from runner.metrics.table import compiled_metric
 from runner.problem import Status
-from runner.simulate import Simulation
 from runner.study.read import StudyError
 
 
@@ -37,7 +38,7 @@ class Block:
 def compute(job: Job, index: int) -> Block:
     """The block of this index. A run that is refused or fails is a row with a status; its metrics are NaN."""
     runs, reasons = job.runs(index), dict[int, str]()
-    prepared: list[Simulation | None] = []
+    prepared: list[Run | None] = []
     for run in runs:
         try:
             prepared.append(job.prepared(run))
@@ -71,7 +72,8 @@ def warm_up(job: Job) -> None:
     """
     run = probe(job)
     few = Sampling(job.sampling.t0, job.sampling.t0 + job.sampling.interval, 2)
-    result = run_block([replace(run, problem=replace(run.problem, t1=few.t1))], job.observer, few)
+    short = replace(run.simulation, problem=replace(run.simulation.problem, t1=few.t1))
+    result = run_block([replace(run, simulation=short)], job.observer, few)
     if result.refusals:
         raise StudyError(f"{job.path}: {result.refusals[0]}")
     for measure in job.measures:

@@ -1,11 +1,15 @@
 """Integrating a block of runs and sampling them: the one place that knows how runs are advanced."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from runner.batch.lanes_block import in_lanes, kind
+from runner.batch.prepared import Run
+from runner.batch.sampling import Sampling
+from runner.lanes.kernel import lane_rhs
 from runner.observe import Observer
 from runner.options import Options
 from runner.problem import Status, Trajectory
@@ -15,25 +19,6 @@ from runner.simulate import Simulation
 WHOLE = 1e-9
 #: The status of a run whose settings are refused, and of one that was not run yet.
 REFUSED, NOT_RUN = 100, -1
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """Uniform samples of a run, `count` of them, the first at t0 and the last at t1, in s."""
-
-    t0: float
-    t1: float
-    count: int
-
-    @property
-    def interval(self) -> float:
-        """Time between two samples, s."""
-        return (self.t1 - self.t0) / (self.count - 1)
-
-    @property
-    def times(self) -> NDArray[np.float64]:
-        """The times (count,) in s."""
-        return np.linspace(self.t0, self.t1, self.count)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,29 +40,68 @@ class BlockResult:
     refusals: dict[int, str] = field(default_factory=dict)
 
 
-def run_block(runs: Sequence[Simulation | None], observer: Observer, sampling: Sampling) -> BlockResult:
-    """Integrate the runs of a block, None where the settings were refused; releases the interpreter's lock."""
-    n, n_states = len(runs), len(observer.model.state_names)
-    result = BlockResult(
-        samples=np.full((n, sampling.count, len(observer.places)), np.nan),
-        final_states=np.full((n, n_states), np.nan),
-        status=np.full(n, REFUSED, dtype=np.int8),
-        failed_at=np.full(n, np.nan),
-        failed_state=np.full(n, -1),
-        steps=np.zeros(n, dtype=np.int64),
-        evaluations=np.zeros(n, dtype=np.int64),
-    )
+def run_block(runs: Sequence[Run | None], observer: Observer, sampling: Sampling) -> BlockResult:
+    """Integrate the runs of a block, None where the settings were refused; releases the interpreter's lock.
+
+    Runs of one method and its options go in lanes where the method and the model do, the others one by one. Lanes round
+    otherwise than a run alone.
+    """
+    result = _empty(len(runs), len(observer.model.state_names), sampling.count, len(observer.places))
+    kinds: dict[Hashable, list[int]] = {}
     for row, run in enumerate(runs):
         if run is not None:
-            try:
-                _integrate(run, row, observer, sampling, result)
-            except ValueError as error:
-                result.refusals[row] = str(error)
+            kinds.setdefault(kind(run) or row, []).append(row)
+    for key, rows in kinds.items():
+        if isinstance(key, tuple) and lane_rhs(observer.model) is not None:
+            _integrate_together([(row, run) for row in rows if (run := runs[row])], observer, sampling, result)
+        else:
+            for row in rows:
+                if run := runs[row]:
+                    _integrate(run.simulation, row, observer, sampling, result)
     return result
 
 
+def _empty(runs: int, n_states: int, count: int, quantities: int) -> BlockResult:
+    return BlockResult(
+        samples=np.full((runs, count, quantities), np.nan),
+        final_states=np.full((runs, n_states), np.nan),
+        status=np.full(runs, REFUSED, dtype=np.int8),
+        failed_at=np.full(runs, np.nan),
+        failed_state=np.full(runs, -1),
+        steps=np.zeros(runs, dtype=np.int64),
+        evaluations=np.zeros(runs, dtype=np.int64),
+    )
+
+
+def _integrate_together(
+    runs: Sequence[tuple[int, Run]], observer: Observer, sampling: Sampling, result: BlockResult
+) -> None:
+    """Integrate runs of one kind in lanes, and leave their results in the rows given."""
+    rows = [row for row, _ in runs]
+    names = observer.names if observer.sees_states_and_outputs else observer.model.state_names
+    try:
+        batch = in_lanes(observer.model, [run for _, run in runs], sampling, names)
+    except ValueError as error:
+        result.refusals.update(dict.fromkeys(rows, str(error)))
+        return
+    result.status[rows], result.final_states[rows] = batch.status, batch.final
+    result.failed_at[rows], result.failed_state[rows] = batch.failed_at, batch.failed_state
+    result.steps[rows], result.evaluations[rows] = batch.steps, batch.evaluations
+    if observer.sees_states_and_outputs:
+        result.samples[rows] = batch.samples
+        return
+    for (row, run), states in zip(runs, batch.samples, strict=True):
+        kept = int(np.isfinite(states[:, 0]).sum())
+        problem = run.simulation.problem
+        result.samples[row, :kept] = observer(sampling.times[:kept], states[:kept], problem.inputs, problem.constants)
+
+
 def _integrate(run: Simulation, row: int, observer: Observer, sampling: Sampling, result: BlockResult) -> None:
-    trajectory = run.method.integrate(run.problem, run.method, sampled(run, sampling))
+    try:
+        trajectory = run.method.integrate(run.problem, run.method, sampled(run, sampling))
+    except ValueError as error:
+        result.refusals[row] = str(error)
+        return
     result.status[row] = trajectory.status
     result.failed_at[row] = trajectory.failed_at
     result.failed_state[row] = trajectory.failed_state

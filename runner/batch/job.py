@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.batch.engine import Sampling
-from runner.batch.sampling import sampling_of
+from runner.batch.prepared import Run
+from runner.batch.sampling import Sampling, sampling_of
 from runner.batch.wanted import check_outputs, request_of
 from runner.equilibrium import rest, resting_inputs
 from runner.inputs.signal import InputTable
 from runner.load import Model
 from runner.metrics.measure import Measure, measure, quantity_of
 from runner.observe import Observer, observer
-from runner.simulate import Simulation, prepare
+from runner.simulate import prepare
 from runner.study.amounts import Amounts
 from runner.study.overrides import Tree, changed
 from runner.study.read import StudyError, check, place, read_tree
@@ -66,10 +66,11 @@ class Job:
         """The runs of a block."""
         return range(block * self.block, min((block + 1) * self.block, len(self.sweep)))
 
-    def prepared(self, run: int) -> Simulation:
+    def prepared(self, run: int) -> Run:
         """A run ready to be integrated. Raises StudyError or ValueError where its settings are refused."""
         study = check(self.path, self.text, changed(self.tree, self.sweep.changes(run)))
-        return prepare(self.model, **settings(study, self.model, self.path), at_rest=self._rest)
+        arguments = settings(study, self.model, self.path)
+        return Run(prepare(self.model, **arguments, at_rest=self._rest), arguments["inputs"])
 
     def _rest(self, model: Model, c: NDArray[np.float64], table: InputTable, t0: float) -> NDArray[np.float64]:
         """The static state; runs that differ only in what comes after the start share it."""

@@ -3,12 +3,12 @@
 import numpy as np
 
 from runner.batch.job import Job
-from runner.simulate import Simulation
+from runner.batch.prepared import Run
 from runner.study.read import StudyError
 from runner.study.sweep import described
 
 
-def probe(job: Job) -> Simulation:
+def probe(job: Job) -> Run:
     """Prepare the runs at the ends of all axes, so that a study that is wrong is refused before it starts; the first.
 
     Raises StudyError for words and units that cannot be; and for numbers that cannot be, where no run could start.
@@ -16,7 +16,7 @@ def probe(job: Job) -> Simulation:
     shape = job.sweep.shape or (1,)
     first, last = (0,) * len(shape), tuple(size - 1 for size in shape)
     ends = [tuple(last[i] if i == k else 0 for i in range(len(shape))) for k in range(len(shape))]
-    started: list[Simulation] = []
+    started: list[Run] = []
     refused: list[str] = []
     for corner in dict.fromkeys([first, last, *ends]):
         run = int(np.ravel_multi_index(corner, shape))

@@ -103,5 +103,5 @@ class Results:
     def text(self, axis: str, run: int) -> str:
         """The value of an axis in a run, with its unit."""
         value = self.data[axis].to_numpy()[run]
-        number = isinstance(value, int | float | np.number)
-        return f"{value:.5g} {self.unit(axis)}".rstrip() if number else str(value)
+        number = f"{value:.5g}" if isinstance(value, float | np.floating) else str(value)
+        return f"{number} {self.unit(axis)}".rstrip()

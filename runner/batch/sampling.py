@@ -1,15 +1,37 @@
 """The uniform samples of the runs of a batch."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from runner.batch.engine import Sampling
+import numpy as np
+from numpy.typing import NDArray
+
 from runner.methods import find_method
 
 #: Samples of a run where nobody says how many, about; and the most.
 DEFAULT_SAMPLES, MOST_SAMPLES = 5000, 10_000_000
 #: How nearly a whole number of intervals makes up the span, relative.
 WHOLE = 1e-9
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Uniform samples of a run, `count` of them, the first at t0 and the last at t1, in s."""
+
+    t0: float
+    t1: float
+    count: int
+
+    @property
+    def interval(self) -> float:
+        """Time between two samples, s."""
+        return (self.t1 - self.t0) / (self.count - 1)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """The times (count,) in s."""
+        return np.linspace(self.t0, self.t1, self.count)
 
 
 def sampling_of(arguments: Mapping[str, Any], interval: float | None) -> Sampling:
