@@ -6,7 +6,7 @@ STUDY ?= studies/one_shot.toml
 STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto
 
-.PHONY: help demo test run show batch resume summary plot list generate check equations verify lint format bench clean
+.PHONY: help demo test run show batch resume summary plot list generate check equations verify compare identify paper lint format bench clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -60,6 +60,16 @@ format: $(VENV)/test ## ruff's fixes and format
 
 verify: $(VENV)/run ## section 3.1 of the paper: six schemes against the analytic solution
 	$(BIN)/qddot verify
+
+compare: $(VENV)/run ## the paper's equations (5) to (11) as printed beside those derived: term by term
+	-$(BIN)/qddot compare studies/paper/equations_5_to_11.txt
+
+identify: $(VENV)/run ## the recoil pulse, barrel and damping that the paper's five displacements ask for
+	$(BIN)/qddot identify studies/paper/identify_recoil.toml
+	$(BIN)/qddot identify studies/paper/identify_recoil_and_damping.toml
+
+paper: compare identify ## the whole paper: equations, pulse, sections 3 and 4, every claim with its verdict
+	$(BIN)/qddot paper
 
 bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own
 	$(VENV)-bench/bin/python -m benchmarks

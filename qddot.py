@@ -101,6 +101,19 @@ def _equations(
     raise typer.Exit(equations(tuple(names or ()), into, quiet))
 
 
+@app.command("compare")
+def _compare(
+    equations: Annotated[Path, typer.Argument(help="Hand-written equations: a text file, see studies/paper/.")],
+    model: Annotated[str | None, typer.Option(help="The model, where the file names none.")] = None,
+    latex: Annotated[bool, typer.Option("--latex", help="Print a LaTeX document.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Compare hand-written equations of motion with those derived, term by term; exits with 1 where they differ."""
+    from codegen.compare.command import run
+
+    raise typer.Exit(run(equations, model, "json" if as_json else "latex" if latex else "text"))
+
+
 StudyFile = Annotated[Path, typer.Argument(help="A study: a TOML file, see studies/.")]
 Store = Annotated[Path, typer.Argument(help="The Zarr store of a batch.")]
 Settings = Annotated[
@@ -125,6 +138,20 @@ def _run(
 
         status = run_and_write(study, into, drawing, settings or (), row)
     raise typer.Exit(status)
+
+
+@app.command("identify")
+def _identify(
+    study: Annotated[Path, typer.Argument(help="An identification: a TOML file, see studies/paper/identify_*.toml.")],
+    into: Annotated[Path, typer.Option(help="Folder for the parameter set and the figure.")] = Path(
+        "results/identified"
+    ),
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and draw nothing.")] = False,
+) -> None:
+    """Fit unknowns of studies to observations, and say how sure each is."""
+    from runner.identify.command import identify
+
+    raise typer.Exit(identify(study, into, as_json))
 
 
 @app.command("batch")
@@ -216,6 +243,21 @@ def _verify(
     from runner.paper.command import verification
 
     raise typer.Exit(verification(into, as_json))
+
+
+@app.command("paper")
+def _paper(
+    claims: Annotated[
+        Path | None, typer.Option(help="Settings and claims; studies/paper/paper.toml by default.")
+    ] = None,
+    into: Annotated[Path, typer.Option(help="Folder for the figures and the claims.")] = Path("results/paper"),
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and draw nothing.")] = False,
+) -> None:
+    """Compute the M113 paper again and judge its claims; exits with 1 where one is no longer met."""
+    from runner.command import STUDIES
+    from runner.paper.command import paper
+
+    raise typer.Exit(paper(claims or STUDIES / "paper" / "paper.toml", into, as_json))
 
 
 def main() -> None:

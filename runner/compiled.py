@@ -42,7 +42,7 @@ def _import_array_functions() -> None:
 _import_array_functions()
 
 #: Rooms without jitted functions: their changes empty no cache.
-_NOTHING_COMPILED = ("report", "study", "paper", "batch")
+_NOTHING_COMPILED = ("report", "study", "paper", "batch", "identify")
 
 #: Versions of the source whose compiled drivers are kept.
 _KEPT = 8

@@ -19,7 +19,7 @@ def legible(expression: Any, fixed: Set[Any]) -> Any:
     flat = flatten(expression)
     if all(map(_is_plain, _parts(flat))):
         return min((flat, *gathered(polynomial(flat), fixed)), key=_weight)
-    if _spread(flat) > _MANY:
+    if spread(flat) > _MANY:
         return flat
     opened = with_angle_sums(without_squares(polynomial(se.expand(flat))))
     return min((flat, _distributed(flat), total(opened), *gathered(opened, fixed)), key=_weight)
@@ -61,16 +61,16 @@ def _distributed(expression: Any) -> Any:
     return se.Add(*found)
 
 
-def _spread(expression: Any) -> int:
+def spread(expression: Any) -> int:
     """How many terms an expression opens to, at most."""
     if isinstance(expression, se.Add):
-        return sum(map(_spread, expression.args))
+        return sum(map(spread, expression.args))
     if isinstance(expression, se.Mul):
         count = 1
         for part in expression.args:
-            count *= _spread(part)
+            count *= spread(part)
         return count
     if isinstance(expression, se.Pow) and isinstance(expression.args[1], se.Integer) and expression.args[1] > 0:
-        base, exponent = _spread(expression.args[0]), int(expression.args[1])
+        base, exponent = spread(expression.args[0]), int(expression.args[1])
         return comb(base + exponent - 1, exponent)
     return 1

@@ -5,6 +5,7 @@ functions and accelerations, so that a term reads k_6 a_1 d_1; terms are in the 
 velocities and coordinates.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import symengine as se
@@ -18,13 +19,13 @@ _FIXED, _GIVEN, _FIXED_BRACKET, _TIME, _QUANTITY, _COORDINATE, _VELOCITY, _BRACK
 
 
 class Order:
-    """Places of the symbols of one model, to be sorted by."""
+    """Places of the symbols of one model, to be sorted by; `others` are symbols beside those of the model."""
 
-    def __init__(self, equations: Equations) -> None:
+    def __init__(self, equations: Equations, others: Sequence[Any] = ()) -> None:
         defined = equations.definitions.expressions
         constant = {symbol for symbol, expression in defined.items() if equations.parameter_only(expression)}
         groups = (
-            (_FIXED, (*equations.parameters, *(symbol for symbol in defined if symbol in constant))),
+            (_FIXED, (*others, *equations.parameters, *(symbol for symbol in defined if symbol in constant))),
             (_GIVEN, (*equations.inputs, *equations.rates)),
             (_TIME, (equations.time,)),
             (_QUANTITY, tuple(symbol for symbol in defined if symbol not in constant)),
@@ -34,6 +35,11 @@ class Order:
         )
         self._rank: dict[Any, Rank] = {symbol: (group, k) for group, found in groups for k, symbol in enumerate(found)}
         self.fixed = frozenset(symbol for symbol, (group, _) in self._rank.items() if group == _FIXED)
+
+    @property
+    def symbols(self) -> tuple[Any, ...]:
+        """All symbols that have a place."""
+        return tuple(self._rank)
 
     def symbol(self, symbol: Any) -> Rank:
         """The place of a symbol in a product."""

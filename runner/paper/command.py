@@ -1,4 +1,4 @@
-"""`qddot verify`: the verification of section 3.1 as a table, figures, or JSON."""
+"""`qddot verify` and `qddot paper`: tables, figures, or JSON."""
 
 import json
 from pathlib import Path
@@ -7,7 +7,11 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from runner.files import written_aside
+from runner.paper.reproduce import Reproduction, reproduce
+from runner.paper.tables import cheapest_table, claims_table, notes, records, speeds_table
 from runner.paper.verification import Verification, verify
+from runner.report.progress import late_bar
 from runner.report.tables import plain_table
 
 #: What the paper ran, whose claims are checked, and what it printed, which is shown beside it.
@@ -64,3 +68,31 @@ def _records(each: Verification) -> list[dict[str, Any]]:
         }
         for row in each.rows
     ]
+
+
+def paper(path: Path, into: Path, as_json: bool) -> int:
+    """Compute the whole paper; 1 where a claim that was met when last looked at is no longer met."""
+    found = reproduce(path, late_bar)
+    status = 1 if any(each.worse for each in found.claims) else 0
+    said = {"title": found.paper.title, "claims": records(found.claims), "numbers": found.numbers}
+    if as_json:
+        print(json.dumps(said, indent=1))
+        return status
+    data = into / "claims.json"
+    with written_aside(data) as aside:
+        aside.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    _tell(found, [data], into)
+    return status
+
+
+def _tell(found: Reproduction, written: list[Path], into: Path) -> None:
+    from runner.paper.section_figures import draw_all  # noqa: PLC0415 - matplotlib is slow to import
+
+    console = Console()
+    console.print(f"[bold]{found.paper.title}[/bold]\n")
+    for table in (cheapest_table(found.cost), speeds_table(found.drive), claims_table(found.claims)):
+        console.print(table, "")
+    for note in notes(found):
+        console.print(note, highlight=False)
+    for file in (*written, *draw_all(found, into)):
+        console.print(f"wrote {file}", highlight=False, soft_wrap=True)

@@ -13,7 +13,7 @@ from runner.report.figures import COLOURS
 
 def draw_schemes(verification: Verification, path: Path) -> Path:
     """Fig. 2: displacement by Euler's method, which drifts away, and by ODE45 beside the analytic solution."""
-    figure, axes = _figure(2)
+    figure, axes = axes_of(2)
     names = ("Euler", *(row.scheme for row in verification.rows if row.scheme != "Euler"))
     for axis, window in zip(axes, ((0.0, 1.0), (0.9, 1.0)), strict=True):
         for scheme, colour in zip(names, COLOURS, strict=False):
@@ -28,23 +28,24 @@ def draw_schemes(verification: Verification, path: Path) -> Path:
         axis.set_xlim(window)
     axes[0].legend(fontsize="small", ncols=4, frameon=False, loc="upper left")
     axes[0].margins(y=0.3)
-    return _saved(figure, axes, f"Integration schemes, {verification.parameter_set} (Fig. 2)", path)
+    return saved(figure, axes, f"Integration schemes, {verification.parameter_set} (Fig. 2)", path)
 
 
 def draw_errors(verification: Verification, path: Path) -> Path:
     """Fig. 3: the error of every scheme over time, on a logarithmic scale."""
-    figure, axes = _figure(1)
+    figure, axes = axes_of(1)
     for row, colour in zip(verification.rows, COLOURS, strict=False):
         error = np.maximum.accumulate(np.abs(row.error))
         axes[0].semilogy(row.solution.t[1:], error[1:], color=colour, linewidth=1.2, label=row.scheme)
     axes[0].set_ylim(bottom=1e-13)  # below, only the first steps of some schemes
     axes[0].set_ylabel("largest error of $q_2$ so far, in m")
     axes[0].legend(fontsize="small", ncols=3, frameon=False, loc="lower right")
-    return _saved(figure, axes, f"Errors of the schemes, {verification.parameter_set} (Fig. 3)", path)
+    return saved(figure, axes, f"Errors of the schemes, {verification.parameter_set} (Fig. 3)", path)
 
 
-def _figure(rows: int) -> tuple[Figure, list]:
-    figure = Figure(figsize=(8.0, 1.0 + 2.9 * rows), layout="constrained")
+def axes_of(rows: int, height: float = 2.9) -> tuple[Figure, list]:
+    """A figure with this many panels under each other, each `height` inches high."""
+    figure = Figure(figsize=(8.0, 1.0 + height * rows), layout="constrained")
     FigureCanvasAgg(figure)
     axes = list(figure.subplots(rows, squeeze=False)[:, 0])
     for axis in axes:
@@ -53,8 +54,9 @@ def _figure(rows: int) -> tuple[Figure, list]:
     return figure, axes
 
 
-def _saved(figure: Figure, axes: list, title: str, path: Path) -> Path:
-    axes[-1].set_xlabel("t in s")
+def saved(figure: Figure, axes: list, title: str, path: Path, below: str = "t in s") -> Path:
+    """Write the figure with its title and what stands below its last panel."""
+    axes[-1].set_xlabel(below)
     figure.suptitle(title, fontsize="medium")
     with written_aside(path) as aside:
         figure.savefig(aside, dpi=150, format="png")

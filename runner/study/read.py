@@ -10,6 +10,7 @@ from typing import Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from runner.checks import unknown
+from runner.study.identified import with_identified
 from runner.study.library import completed
 from runner.study.overrides import Tree, changed
 from runner.study.schema import Study
@@ -37,15 +38,21 @@ def read_tree(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[str
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path}: {error}") from None
     try:
-        return text, changed(tomllib.loads(text), changes or {})
+        tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{path}: no valid TOML: {error}") from None
+    try:
+        tree = with_identified(tree, path)
+    except ValueError as error:
+        raise StudyError(f"{place(path, 'identified', text)}: {error}") from None
+    try:
+        return text, changed(tree, changes or {})
     except ValueError as error:
         raise StudyError(f"{path}: --set {error}") from None
 
 
 def check(path: Path, text: str, tree: Tree) -> Study:
-    """The study in these tables; `path` and its `text` are for messages, and for the library beside it."""
+    """The study in these tables, what it takes from the library filled in; `path` and its `text` are for messages."""
     try:
         return Study.model_validate(completed(tree, path))
     except KeyError as error:

@@ -42,6 +42,7 @@ class Study(Table):
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:
     the states that are not 0, or the static equilibrium. road: what the inputs that have a position drive over.
+    identified: a file that `qddot identify` wrote, whose values stand where the study gives none.
     sweep, metrics, outputs: of `qddot batch`.
     """
 
@@ -49,6 +50,7 @@ class Study(Table):
     span: tuple[Amount, Amount]
     title: str = ""
     parameter_set: str | None = None
+    identified: str | None = None
     parameters: dict[str, Amount] = Field(default_factory=dict)
     inputs: dict[str, InputKind] = Field(default_factory=dict)
     road: RoadKind | None = None

@@ -1,0 +1,114 @@
+"""One form for all ways to write a sum: products with coefficients, angle sums opened, sin^2 written as 1 - cos^2."""
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import symengine as se
+import symengine.lib.symengine_wrapper as wrapper
+
+from codegen.compare.tree import CompareError
+from codegen.equations.identities import Polynomial, polynomial
+from codegen.equations.legible import spread
+from codegen.rewrite import rewrite, split_number
+
+_NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
+
+#: An expression that would open to more terms is refused.
+_MOST_TERMS = 20000
+#: A multiple of an angle beyond this stays closed.
+_MOST_TURNS = 8
+
+
+def canonical(expression: Any) -> Polynomial:
+    """The products of an expression, none with the coefficient 0; floating-point numbers are taken as decimals."""
+    opened = _expanded(rewrite(_exact(expression), _open_wave, {}))
+    opened = _expanded(rewrite(opened, _no_squared_sine, {}))
+    return {product: number for product, number in polynomial(opened).items() if number != 0}
+
+
+def combined(found: Iterable[tuple[int | Any, Polynomial]]) -> Polynomial:
+    """A sum of multiples of polynomials."""
+    total: Polynomial = {}
+    for scale, terms in found:
+        for product, number in terms.items():
+            total[product] = total.get(product, se.Integer(0)) + scale * number
+    return {product: number for product, number in total.items() if number != 0}
+
+
+def vanishes(expression: Any, size: Any) -> bool:
+    """Whether an expression is zero beside one of its size, tried at points that no author would have in mind.
+
+    A rational function of the symbols that is zero at a random point is zero (Schwartz, J. ACM 27 (1980) 701).
+    """
+    symbols = sorted(expression.free_symbols | size.free_symbols, key=str)
+    for trial in range(3):
+        point = {s: se.Rational(611953 + 7919 * ((17 * k + 29 * trial) % 101), 1299709) for k, s in enumerate(symbols)}
+        try:
+            value, scale = (abs(e.subs(point).n(400, real=True)) for e in (expression, size))
+        except (RuntimeError, ValueError, ZeroDivisionError):
+            return False
+        if not float(value) <= 1e-60 * max(float(scale), 1e-30):
+            return False
+    return True
+
+
+def _expanded(expression: Any) -> Any:
+    if spread(expression) > _MOST_TERMS:
+        raise CompareError(f"an expression opens to more than {_MOST_TERMS} terms, which is too many to compare")
+    return se.expand(expression)
+
+
+def _exact(expression: Any) -> Any:
+    """An expression with decimals in place of floating-point numbers; CompareError for what is no real number."""
+    found = set(_nodes(expression))
+    if any(isinstance(node, _NOT_REAL) for node in found):
+        raise CompareError("an expression divides by zero or takes the root of a negative number")
+    floats = {node: exact(Fraction(repr(float(node)))) for node in found if isinstance(node, se.RealDouble)}
+    return expression.xreplace(floats) if floats else expression
+
+
+def exact(value: Fraction) -> Any:
+    """A fraction as SymEngine's number."""
+    return se.Rational(value.numerator, value.denominator)
+
+
+def _nodes(expression: Any) -> Iterable[Any]:
+    yield expression
+    if not isinstance(expression, _NOT_REAL):
+        for part in expression.args:
+            yield from _nodes(part)
+
+
+def _open_wave(node: Any) -> Any:
+    if isinstance(node, se.tan):
+        return _open_wave(se.sin(node.args[0])) / _open_wave(se.cos(node.args[0]))
+    if not isinstance(node, se.sin | se.cos):
+        return node
+    sine, cosine = _sine_and_cosine(_expanded(node.args[0]))
+    return sine if isinstance(node, se.sin) else cosine
+
+
+def _sine_and_cosine(argument: Any) -> tuple[Any, Any]:
+    if isinstance(argument, se.Add):
+        first, rest = argument.args[0], se.Add(*argument.args[1:])
+        (s, c), (t, d) = _sine_and_cosine(first), _sine_and_cosine(rest)
+        return s * d + c * t, c * d - s * t
+    number, rest = split_number(argument)
+    if isinstance(number, se.Integer) and number != 1 and abs(int(number)) <= _MOST_TURNS and rest != 1:
+        s, c = _sine_and_cosine(rest)
+        if number == -1:
+            return -s, c
+        t, d = _sine_and_cosine((abs(int(number)) - 1) * rest)
+        turned = s * d + c * t, c * d - s * t
+        return (-turned[0], turned[1]) if number < 0 else turned
+    return se.sin(argument), se.cos(argument)
+
+
+def _no_squared_sine(node: Any) -> Any:
+    if isinstance(node, se.Pow) and isinstance(node.args[0], se.sin) and isinstance(node.args[1], se.Integer):
+        power = int(node.args[1])
+        if power > 1:
+            cosine = se.cos(node.args[0].args[0])
+            return node.args[0] ** (power % 2) * (1 - cosine**2) ** (power // 2)
+    return node

@@ -1,0 +1,34 @@
+"""`qddot compare`: what it prints."""
+
+import json
+import shutil
+from pathlib import Path
+
+from codegen.compare.difference import compare
+from codegen.compare.report import latex, records, summary, text
+from codegen.compare.sheet import read
+from codegen.compare.tree import CompareError
+from codegen.compare.wording import accounts
+from codegen.lagrange import derive
+from codegen.sources import find
+
+
+def run(path: Path, name: str | None, form: str) -> int:
+    """Print the comparison as text, latex or json; 1 where an equation differs."""
+    sheet = read(path)
+    chosen = name or sheet.model
+    if chosen is None:
+        raise CompareError(f"{path}: says no model; begin it with `model NAME`, or give --model NAME")
+    ((source, system),) = find((chosen,)).items()
+    equations = derive(system)
+    found = accounts(sheet, equations, compare(sheet, equations))
+    dotted = frozenset(map(str, (*equations.coordinates, *equations.inputs)))
+    if form == "json":
+        said = {"file": str(path), "model": source, "summary": summary(found), "equations": records(found, dotted)}
+        print(json.dumps(said, indent=1, ensure_ascii=False))
+    elif form == "latex":
+        print(latex(found, f"{path.name} against {source}", dotted), end="")
+    else:
+        print(f"{path} against what {source} gives\n")
+        print(text(found, dotted, min(shutil.get_terminal_size((100, 24)).columns, 120)), end="")
+    return 0 if all(each.equal for each in found) else 1

@@ -1,0 +1,131 @@
+"""An identification that was read: the residuals of its observations as a function of its unknowns."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from runner.checks import unknown
+from runner.identify.measure import measured
+from runner.identify.schema import Identification, Observation, Scenario
+from runner.solution import Solution
+from runner.study.overrides import Tree, changed
+from runner.study.read import StudyError, check, place, read_tree
+from runner.study.run import run
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A scenario with its study's tables; observed: per observation its times (n,) or None, and its values (n,)."""
+
+    scenario: Scenario
+    path: Path
+    text: str
+    tree: Tree
+    observed: tuple[tuple[Vector | None, Vector], ...]
+
+    def solution(self, values: Mapping[str, float]) -> Solution:
+        """The run with these values by dotted key."""
+        study = check(self.path, self.text, changed(self.tree, values))
+        return run(study, self.path, None, "raise")
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Everything that is given. names, lower, upper, start: of the n unknowns, in order."""
+
+    path: Path
+    given: Identification
+    cases: tuple[Case, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return tuple(self.given.unknowns)
+
+    def column(self, what: str) -> Vector:
+        """start, lower or upper of each unknown (n,)."""
+        return np.array([getattr(each, what) for each in self.given.unknowns.values()])
+
+    @property
+    def observations(self) -> tuple[tuple[Case, Observation], ...]:
+        """Every observation with its case, in the order of the residuals."""
+        return tuple((case, each) for case in self.cases for each in case.scenario.observations)
+
+    def values(self, x: Vector) -> dict[str, float]:
+        """The values by dotted key that the unknowns x (n,) stand for."""
+        pairs = zip(self.given.unknowns.values(), x, strict=True)
+        return {key: float(value) for each, value in pairs for key in each.keys}
+
+    def computed(self, x: Vector) -> list[Vector]:
+        """What the runs say for each observation, each (1,) or (points,)."""
+        found = []
+        for case in self.cases:
+            solution = case.solution(self.values(x))
+            pairs = zip(case.scenario.observations, case.observed, strict=True)
+            try:
+                found += [measured(solution, each, times) for each, (times, _) in pairs]
+            except ValueError as error:
+                raise StudyError(f"{self.path}: scenario {case.scenario.name!r}: {error}") from error
+        return found
+
+    def residuals(self, x: Vector) -> Vector:
+        """(computed - observed) / sigma, all observations one behind the other (m,)."""
+        observed = [values for case in self.cases for _, values in case.observed]
+        sigmas = [each.sigma for _, each in self.observations]
+        rows = zip(self.computed(x), observed, sigmas, strict=True)
+        return np.concatenate([(mine - theirs) / sigma for mine, theirs, sigma in rows])
+
+
+def read(path: Path) -> Problem:
+    """Read and check an identification. Raises StudyError naming file, line and key."""
+    text, tree = read_tree(path)
+    try:
+        given = Identification.model_validate(tree)
+    except ValidationError as error:
+        raise StudyError("\n".join(_described(path, text, each) for each in error.errors())) from None
+    problem = Problem(path, given, tuple(_case(path, given, scenario) for scenario in given.scenarios))
+    for case in problem.cases:
+        _refuse_unknown_keys(problem, case)
+    return problem
+
+
+def _case(path: Path, given: Identification, scenario: Scenario) -> Case:
+    study = path.parent / (scenario.study or given.study)
+    text, tree = read_tree(study, scenario.set)
+    return Case(scenario, study, text, tree, tuple(_observed(each) for each in scenario.observations))
+
+
+def _observed(observation: Observation) -> tuple[Vector | None, Vector]:
+    if observation.value is not None:
+        return None, np.array([observation.value])
+    return np.array(observation.t), np.array(observation.values)
+
+
+def _refuse_unknown_keys(problem: Problem, case: Case) -> None:
+    """A key must name something that the study has, or one of a model's own names, which the run checks."""
+    for name, each in problem.given.unknowns.items():
+        for key in each.keys:
+            head, *rest = key.split(".")
+            tables = ("parameters", "initial", "inputs", "road")
+            if head not in tables or not rest:
+                raise StudyError(f"{place(problem.path, f'unknowns.{name}.key')}: {unknown('table', head, tables)}")
+            if head == "inputs" and (len(rest) < 2 or rest[0] not in case.tree.get("inputs", {})):
+                known = [f"inputs.{channel}.KEY" for channel in case.tree.get("inputs", {})]
+                raise StudyError(f"{place(problem.path, f'unknowns.{name}.key')}: {unknown('input key', key, known)}")
+
+
+def _described(path: Path, text: str, error: Any) -> str:
+    key = ".".join(str(part) for part in error["loc"])
+    where = place(path, key, text) if key else str(path)
+    if error["type"] == "extra_forbidden":
+        return f"{where}: unknown key {key.rpartition('.')[2]!r}"
+    if error["type"] == "missing":
+        return f"{where}: missing"
+    return f"{where}: {error['msg'][0].lower() + error['msg'][1:]}, found {error['input']!r}"

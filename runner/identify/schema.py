@@ -1,0 +1,91 @@
+"""What may stand in an identification: unknowns, scenarios, and what was observed in each."""
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from runner.study.base import Table
+
+#: What is taken of a quantity within the window of an observation.
+Measure = Literal["greatest", "least", "range", "largest", "final", "rms", "at"]
+
+
+class Unknown(Table):
+    """A number to be found: the key or keys of a study that it sets, where the search starts, and its bounds.
+
+    All numbers are in the unit that the key has in the study; `unit` and `meaning` are for people.
+    """
+
+    key: str | tuple[str, ...]
+    start: float
+    lower: float
+    upper: float
+    unit: str = ""
+    meaning: str = ""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Unknown":
+        if not self.lower < self.upper or not self.lower <= self.start <= self.upper:
+            raise ValueError(f"expected lower <= start <= upper, found {self.lower}, {self.start}, {self.upper}")
+        return self
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys that it sets."""
+        return (self.key,) if isinstance(self.key, str) else self.key
+
+
+class Observation(Table):
+    """What was seen of one quantity: a number (value), or a curve (t and values).
+
+    sigma: its standard error, in the quantity's unit. change: of the quantity minus its value at the start of the run.
+    measure, after, before, at: of a number, what is taken of the run, and where in it, s. source: who says so.
+    """
+
+    quantity: str
+    sigma: float = Field(gt=0)
+    change: bool = False
+    source: str = ""
+    value: float | None = None
+    measure: Measure = "greatest"
+    after: float | None = None
+    before: float | None = None
+    at: float | None = None
+    t: tuple[float, ...] | None = None
+    values: tuple[float, ...] | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> "Observation":
+        given = [self.value is not None, self.t is not None and self.values is not None]
+        if sum(given) != 1:
+            raise ValueError("expected either value, or t and values")
+        if self.t is not None and (len(self.t) != len(self.values or ()) or len(self.t) < 1):
+            raise ValueError(f"t has {len(self.t)} numbers and values {len(self.values or ())}, expected as many")
+        if self.value is not None and (self.measure == "at") != (self.at is not None):
+            raise ValueError('`at` is a time, given with measure = "at" and with no other')
+        return self
+
+
+class Scenario(Table):
+    """One run: the study with `set`, values by dotted key, in place of its own, and what was observed."""
+
+    name: str
+    set: dict[str, Any] = Field(default_factory=dict)
+    study: str | None = None
+    observations: tuple[Observation, ...] = Field(min_length=1)
+
+
+class Identification(Table):
+    """Unknowns to be fitted to the observations of one or several scenarios of a study.
+
+    name: of the parameter set that is written. starts: the search starts at `start` and at this many points less one
+    of a Latin hypercube within the bounds (seed), and the best end counts.
+    """
+
+    title: str
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    study: str
+    unknowns: dict[str, Unknown] = Field(min_length=1)
+    scenarios: tuple[Scenario, ...] = Field(min_length=1)
+    starts: int = Field(default=1, ge=1)
+    seed: int = 0

@@ -1,0 +1,44 @@
+"""What `qddot identify` prints."""
+
+import numpy as np
+from rich.table import Table
+
+from runner.identify.fit import Fit
+from runner.identify.judge import Judgement
+from runner.identify.problem import Problem
+from runner.identify.store import Estimate
+from runner.report.tables import plain_table
+
+
+def estimates_table(found: tuple[Estimate, ...]) -> Table:
+    """Every unknown with its standard error and bounds."""
+    table = plain_table("Unknowns", "unknown", "unit", "value", "standard error", "from", "to", "", numbers=5)
+    for each in found:
+        error = "-" if each.at_bound else f"{each.standard_error:.3g}"
+        at_bound = f"at its {each.at_bound} bound" if each.at_bound else ""
+        table.add_row(each.name, each.unit, f"{each.value:.5g}", error, f"{each.lower:g}", f"{each.upper:g}", at_bound)
+    return table
+
+
+def observations_table(problem: Problem, fit: Fit) -> Table:
+    """Every observation beside what the fit computes; of a curve, the root mean square of its residuals."""
+    heads = ("observed", "computed", "difference", "in\nsigmas")
+    table = plain_table("Observations", "quantity", "scenario", *heads, numbers=4)
+    for (case, each), computed in zip(problem.observations, problem.computed(fit.x), strict=True):
+        row = (f"{each.quantity}, {each.measure if each.value is not None else 'curve'}", case.scenario.name)
+        if each.value is not None:
+            difference = float(computed[0]) - each.value
+            numbers = (each.value, float(computed[0]), difference, difference / each.sigma)
+            table.add_row(*row, *(f"{number:.4g}" for number in numbers))
+        else:
+            observed = np.array(each.values)
+            rms = float(np.sqrt(np.mean((computed - observed) ** 2)))
+            table.add_row(*row, f"{len(observed)} points", "", f"rms {rms:.3g}", f"rms {rms / each.sigma:.3g}")
+    return table
+
+
+def quality(problem: Problem, fit: Fit, judgement: Judgement) -> str:
+    """One line: points, runs, chi squared."""
+    freedom, chi = judgement.degrees_of_freedom, judgement.chi_squared
+    said = f"{len(fit.residuals)} residuals, {len(problem.names)} unknowns, {fit.runs} runs of {len(problem.cases)} "
+    return said + f"scenarios; chi squared {chi:.4g} with {freedom} degrees of freedom; {fit.message}"

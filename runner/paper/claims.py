@@ -1,0 +1,77 @@
+"""The paper's claims beside what is computed: every claim gets a verdict, and none is fitted away."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from runner.checks import unknown
+from runner.paper.schema import Claim, Paper, Verdict
+from runner.paper.studies import number
+from runner.study.read import StudyError, place
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A claim with the number computed, in the claim's unit, and the verdict."""
+
+    name: str
+    claim: Claim
+    computed: float
+    verdict: Verdict
+
+    @property
+    def worse(self) -> bool:
+        """Whether a claim that was met when last looked at is no longer met."""
+        return self.verdict == "differs" and self.claim.expected != "differs"
+
+    @property
+    def difference(self) -> float | None:
+        """Computed over the paper's value, minus 1; None where the paper names a bound."""
+        return None if self.claim.value is None else self.computed / self.claim.value - 1.0
+
+
+def read(path: Path) -> Paper:
+    """Read settings and claims. Raises StudyError naming file, line and key."""
+    try:
+        text = path.read_text("utf-8")
+        return Paper.model_validate(tomllib.loads(text))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise StudyError(f"{path}: {error}") from None
+    except ValidationError as error:
+        rows = []
+        for each in error.errors():
+            key = ".".join(map(str, each["loc"]))
+            rows.append(f"{place(path, key, text) if key else path}: {each['msg']}, found {each['input']!r}"[:400])
+        raise StudyError("\n".join(rows)) from None
+
+
+def judge(paper: Paper, folder: Path, numbers: Mapping[str, float]) -> tuple[Judged, ...]:
+    """Every claim, judged. numbers: what the sections computed, by name; StudyError for one that is missing."""
+    found = []
+    for name, claim in paper.claims.items():
+        if claim.run is not None:
+            computed = number(folder, claim.run)
+        elif claim.number is not None and claim.number in numbers:
+            computed = numbers[claim.number]
+        else:
+            raise StudyError(f"claim {name}: {unknown('number', claim.number, numbers)}")
+        found.append(Judged(name, claim, computed / claim.scale, verdict(claim, computed / claim.scale)))
+    return tuple(found)
+
+
+def verdict(claim: Claim, computed: float) -> Verdict:
+    """What to say of a number in the claim's unit."""
+    checks = [np.isfinite(computed)]
+    if claim.value is not None:
+        checks.append(abs(computed - claim.value) <= claim.tolerance * abs(claim.value))
+    if claim.least is not None:
+        checks.append(computed >= claim.least)
+    if claim.most is not None:
+        checks.append(computed <= claim.most)
+    if not all(checks):
+        return "differs"
+    return "rests on an assumption" if claim.rests_on else "holds"

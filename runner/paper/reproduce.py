@@ -1,0 +1,74 @@
+"""All sections of paper 2116 computed, and the claims judged by them."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from runner.load import load
+from runner.modes import modes
+from runner.paper.claims import Judged, judge, read
+from runner.paper.cost import Cost, cost
+from runner.paper.drive import Drive, drive
+from runner.paper.firing import Firing, firing
+from runner.paper.phase import Phase, phase
+from runner.paper.schema import Paper
+from runner.paper.verification import BEST, Verification, verify
+
+#: Makes what shows the progress of a section of this name.
+Bar = Callable[[str], AbstractContextManager[Callable[[float], None]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """What was computed, section by section, and the claims."""
+
+    paper: Paper
+    folder: Path
+    verification: Verification
+    cost: Cost
+    firing: Firing
+    drive: Drive
+    phase: Phase
+    numbers: dict[str, float]
+    claims: tuple[Judged, ...]
+
+
+def reproduce(path: Path, bar: Bar) -> Reproduction:
+    """Compute everything that `path`, a paper.toml, asks for."""
+    paper, folder = read(path), path.parent
+    verification = verify()
+    with bar("3.2 cost") as progress:
+        costs = cost(paper.cost, folder, progress)
+    with bar("3.2 firing") as progress:
+        fired = firing(paper.firing, folder, progress)
+    with bar("4 driving") as progress:
+        driven = drive(paper.drive, folder, progress)
+    rough = phase(paper.phase, folder)
+    numbers = dict(_verified(verification)) | dict(_periods())
+    for section in (costs, fired, driven, rough):
+        numbers |= section.numbers()
+    claims = judge(paper, folder, numbers)
+    return Reproduction(paper, folder, verification, costs, fired, driven, rough, numbers, claims)
+
+
+def _verified(verification: Verification) -> Iterator[tuple[str, float]]:
+    for row in verification.rows:
+        yield f"verification.points.{row.scheme}", float(row.points)
+        yield f"verification.largest_error.{row.scheme}", row.largest_error
+    errors = {row.scheme: row.largest_error for row in verification.rows}
+    yield "verification.ode15s_over_best", errors["ODE15S"] / max(errors[name] for name in BEST)
+    yield "verification.ode23_over_ode15s", errors["ODE23"] / errors["ODE15S"]
+    peaks = verification.peaks("Euler")
+    yield "verification.euler_growth", float((peaks[1:] / peaks[:-1]).min())
+
+
+def _periods() -> Iterator[tuple[str, float]]:
+    model = load("m113")
+    for name in model.tables.parameter_sets:
+        periods = [mode.damped_period for mode in modes(model, name) if np.isfinite(mode.damped_period)]
+        for k, period in enumerate(sorted(periods, reverse=True), start=1):
+            yield f"modes.{name}.period_{k}", period
+            yield f"modes.{name}.half_period_{k}", 0.5 * period

@@ -1,0 +1,151 @@
+"""Figures of sections 3.2 and 4 of paper 2116."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from runner.paper.cost import Cost
+from runner.paper.drive import QUANTILES, Drive
+from runner.paper.figures import axes_of, saved
+from runner.paper.firing import Firing
+from runner.paper.phase import Phase
+from runner.paper.reproduce import Reproduction
+from runner.paper.studies import case
+from runner.report.figures import COLOURS
+
+_SHOTS = ("no shot", "one shot", "two shots", "three shots")
+
+
+def draw_all(found: Reproduction, into: Path) -> Iterator[Path]:
+    """Every figure, its path as soon as it is written."""
+    yield draw_shots(found, into / "figures_5_to_7.png")
+    yield draw_cost(found.cost, into / "cost.png")
+    yield draw_firing(found.firing, found.paper.firing.paper_interval, into / "firing.png")
+    yield draw_phase(found.phase, into / "phase.png")
+    yield draw_drive(found.drive, into / "figures_10_to_12.png")
+    yield draw_permissible(found.drive, into / "permissible_speed.png")
+
+
+def draw_shots(found: Reproduction, path: Path) -> Path:
+    """Figs. 5 to 7: the assumed force, the hull after one, two and three shots, the barrel end after two."""
+    study, interval = found.folder / found.paper.firing.study, found.paper.firing.paper_interval
+    first, short = found.paper.firing.first, 1.07
+    figure, axes = axes_of(3)
+    runs = {name: [first + k * interval for k in range(n)] for n, name in enumerate(_SHOTS) if n}
+    pairs = {"intervals 1.85 s": [first, first + interval], "intervals 1.07 s": [first, first + short]}
+    for axis, quantity, cases in ((axes[1], "heave", runs), (axes[2], "barrel_end", pairs)):
+        for (name, times), colour in zip(cases.items(), COLOURS, strict=False):
+            given = case(study, {"inputs.F.times": times})
+            run = given.run("exact", {"step": 0.01})
+            axis.plot(run.t, 1e3 * (run[quantity] - run[quantity][0]), color=colour, linewidth=1.2, label=name)
+            if name == "one shot":
+                _force(axes[0], given.run("exact", {"step": 1e-3}))
+        axis.set_ylabel(f"{quantity.replace('_', ' ')}, mm")
+        axis.legend(fontsize="small", frameon=False, loc="upper right", ncols=3)
+    for value in (19, 25, 11):
+        axes[2].axhline(value, color="0.6", linewidth=0.8, linestyle=":")
+    axes[2].margins(y=0.25)
+    axes[1].margins(y=0.25)
+    return saved(
+        figure,
+        axes,
+        "12.7 mm gun, standing: force (assumed), hull, barrel end; dotted: the paper's 19, 25, 11 mm",
+        path,
+    )
+
+
+def _force(axis: Any, run: Any) -> None:
+    axis.plot(run.t, 1e-3 * run["F"], color=COLOURS[0], linewidth=1.2)
+    axis.set_ylabel("recoil force, kN")
+
+
+def draw_cost(cost: Cost, path: Path) -> Path:
+    """Error against computing time for every method, the limit, and the paper's three settings."""
+    figure, axes = axes_of(1, 5.0)
+    for (method, (errors, seconds)), colour in zip(cost.curves.items(), COLOURS * 2, strict=False):
+        style = "-" if list(cost.curves).index(method) < len(COLOURS) else "--"
+        axes[0].loglog(1e3 * seconds, 100 * errors, style, color=colour, marker=".", linewidth=1.0, label=method)
+    for row, marker in zip(cost.paper, "sD^", strict=False):
+        axes[0].loglog(
+            1e3 * row.seconds, 100 * row.error, marker, color="k", label=f"{row.name}, the paper's {row.setting}"
+        )
+    axes[0].axhline(100 * cost.limit, color="0.4", linewidth=0.9, linestyle=":")
+    axes[0].set_ylabel("largest error at 1.648 and 2.356 s, %")
+    axes[0].set_ylim(top=1e3)
+    axes[0].legend(fontsize="x-small", frameon=False, ncols=2)
+    return saved(
+        figure, axes, "One shot, 10 s: error against computing time; dotted: 0.05 %", path, "computing time, ms"
+    )
+
+
+def draw_firing(firing: Firing, interval: float, path: Path) -> Path:
+    """What swings after the last of 2, 3, 8 shots at equal intervals, and the best and worst bursts."""
+    quantities = list(firing.units)
+    figure, axes = axes_of(len(quantities))
+    for axis, quantity in zip(axes, quantities, strict=True):
+        scale = 1e3
+        for series, colour in zip(firing.series, COLOURS, strict=False):
+            worst = series.worst(quantity)
+            label = f"{series.shots} shots, worst {worst:.2f} s"
+            axis.plot(series.intervals, scale * series.swings[quantity], color=colour, linewidth=1.3, label=label)
+        axis.axvline(interval, color="0.5", linewidth=0.9, linestyle=":")
+        axis.set_ylabel(f"{quantity.replace('_', ' ')}, {'mrad' if firing.units[quantity] == 'rad' else 'mm'}")
+        axis.margins(x=0.0, y=0.2)
+        axis.legend(fontsize="small", frameon=False, ncols=3, loc="upper left")
+    title = "Largest change after the last shot by the interval between shots; dotted: the paper's 1.85 s"
+    return saved(figure, axes, title, path, "interval, s")
+
+
+def draw_phase(phase: Phase, path: Path) -> Path:
+    """The swing after two shots over the time of the first and the interval, above the ride without shots."""
+    figure, axes = axes_of(2)
+    axes[0].plot(phase.t, 1e3 * phase.ride, color=COLOURS[0], linewidth=1.2)
+    axes[0].set_ylabel(f"{phase.quantity} without shots, mm")
+    change = 100 * (phase.swings / phase.unfired - 1)
+    bound = float(np.abs(change).max())
+    kind = {"cmap": "RdBu_r", "vmin": -bound, "vmax": bound, "shading": "auto"}
+    mesh = axes[1].pcolormesh(phase.first, phase.intervals, change.T, **kind)
+    figure.colorbar(mesh, ax=axes[1], label="change by the shots, %")
+    axes[1].set_ylabel("interval, s")
+    axes[1].grid(visible=False)
+    for axis in axes:
+        axis.set_xlim(phase.first[0], phase.first[-1])
+    title = "Two 30 mm shots on the plough at 20 km/h: largest displacement after the second, beside no shots"
+    return saved(figure, axes, title, path, "time of the first shot, s")
+
+
+def draw_drive(drive: Drive, path: Path) -> Path:
+    """Figs. 10 to 12: hull and road at each speed, without shots and with three."""
+    figure, axes = axes_of(len(drive.samples))
+    for axis, sample in zip(axes, drive.samples, strict=True):
+        axis.plot(sample.t, 1e3 * sample.road, color="0.7", linewidth=1.0, label="road")
+        for shots, colour in ((0, COLOURS[0]), (max(sample.heave), COLOURS[1])):
+            axis.plot(sample.t, 1e3 * sample.heave[shots], color=colour, linewidth=1.1, label=f"hull, {_SHOTS[shots]}")
+        axis.set_ylabel(f"{sample.speed:g} km/h, mm")
+        axis.margins(x=0.0, y=0.25)
+        axis.legend(fontsize="small", frameon=False, ncols=3, loc="upper right")
+    return saved(
+        figure, axes, "Frozen plough, one of the random roads: displacement of hull and road (Figs. 10 to 12)", path
+    )
+
+
+def draw_permissible(drive: Drive, path: Path) -> Path:
+    """The ratio of hull to road over the roads at each speed, and the permissible speeds."""
+    figure, axes = axes_of(2)
+    for each, colour in zip(drive.speeds, COLOURS, strict=False):
+        label = f"{each.speed:g} km/h, no shots"
+        axes[0].hist(each.ratios[0], bins=30, histtype="step", linewidth=1.4, color=colour, label=label)
+    axes[0].axvline(1.0, color="0.5", linewidth=0.9, linestyle=":")
+    axes[0].set_xlabel("hull's amplitude over the road's")
+    axes[0].set_ylabel("roads")
+    axes[0].legend(fontsize="small", frameon=False)
+    axes[1].hist(drive.permissible, bins=30, color=COLOURS[0], alpha=0.7)
+    for level in QUANTILES.values():
+        axes[1].axvline(float(np.quantile(drive.permissible, level)), color="k", linewidth=0.9)
+    axes[1].axvline(20.0, color=COLOURS[1], linewidth=1.4, label="the paper's 20 km/h")
+    axes[1].set_ylabel("roads")
+    axes[1].legend(fontsize="small", frameon=False)
+    title = f"{len(drive.permissible)} random roads; black: quantiles 5, 50, 95 %"
+    return saved(figure, axes, title, path, "speed above which the hull outgrows the road, km/h")

@@ -1,0 +1,252 @@
+"""Identification: known unknowns come back within their stated errors, and what the data cannot tell is said."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest, chi2
+
+from runner.identify.figure import draw
+from runner.identify.fit import fit
+from runner.identify.judge import judge
+from runner.identify.measure import measured
+from runner.identify.problem import read
+from runner.identify.schema import Observation
+from runner.identify.store import estimates, save
+from runner.inputs.shapes import pulse_train, sine
+from runner.load import load
+from runner.simulate import simulate
+from runner.study.read import StudyError
+from runner.study.run import run_study
+
+ROOT = Path(__file__).parent.parent
+PAPER = ROOT / "studies" / "paper"
+
+STUDY = """\
+model = "quarter_car"
+span = [0, 1.5]
+[integration]
+method = "rk4"
+step = 5e-3
+[inputs.z_r]
+kind = "pulse_train"
+times = [0.1]
+peak = 0.05
+duration = 0.2
+"""
+
+HEAD = """\
+title = "Body stiffness and damping"
+name = "suspension"
+study = "study.toml"
+[unknowns.stiffness]
+key = "parameters.k_s"
+start = 20000
+lower = 5000
+upper = 60000
+unit = "N/m"
+[unknowns.damping]
+key = "parameters.c_s"
+start = 2000
+lower = 200
+upper = 6000
+"""
+TRUE, SIGMA = {"k_s": 16000.0, "c_s": 1200.0}, 5e-4
+TIMES = np.linspace(0.1, 1.4, 25)
+
+
+def scenario(observations, name="bump", settings="{}"):
+    rows = "".join(f"[[scenarios.observations]]\n{each}\n" for each in observations)
+    return f'[[scenarios]]\nname = "{name}"\nset = {settings}\n{rows}'
+
+
+def curve(values, quantity="z_s", sigma=SIGMA):
+    points = f"t = {TIMES.tolist()}\nvalues = {np.asarray(values).tolist()}"
+    return f'quantity = "{quantity}"\nchange = true\nsigma = {sigma}\n{points}'
+
+
+def problem(folder, text, study=STUDY):
+    (folder / "study.toml").write_text(study)
+    (folder / "identify.toml").write_text(text)
+    return read(folder / "identify.toml")
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """Displacement of the body at TIMES by a step ten times as fine, in two scenarios: peaks of 0.05 and of 0.02 m."""
+    found = []
+    for peak in (0.05, 0.02):
+        road = pulse_train(times=[0.1], peak=peak, duration=0.2)
+        run = simulate(load("quarter_car"), (0, 1.5), step=5e-4, parameters=TRUE, inputs={"z_r": road}, every=1)
+        found.append(np.interp(TIMES, run.t, run["z_s"] - run["z_s"][0]))
+    return found
+
+
+def two_scenarios(truth, noise):
+    second = scenario([curve(truth[1] + noise[1])], "low bump", '{ "inputs.z_r.peak" = 0.02 }')
+    return HEAD + scenario([curve(truth[0] + noise[0])]) + second
+
+
+def test_without_noise_the_true_values_come_back(tmp_path, truth):
+    given = problem(tmp_path, two_scenarios(truth, np.zeros((2, 25))))
+    found = fit(given)
+    assert found.converged
+    assert found.x == pytest.approx(list(TRUE.values()), rel=1e-4)
+    assert not judge(given, found).notes
+
+
+def test_the_stated_uncertainty_covers_the_truth_as_often_as_it_says(tmp_path, truth):
+    """The distance from the truth by the stated covariance is chi squared with 2 degrees of freedom."""
+    rng = np.random.default_rng(11)
+    distances, misfits = [], []
+    near = HEAD.replace("start = 20000", "start = 16500").replace("start = 2000", "start = 1300")
+    for _ in range(40):
+        given = problem(tmp_path, near + scenario([curve(truth[0] + rng.normal(0, SIGMA, 25))]))
+        found = fit(given)
+        judgement = judge(given, found)
+        off = found.x - list(TRUE.values())
+        distances.append(off @ np.linalg.solve(judgement.covariance, off))
+        misfits.append(judgement.misfit)
+    for level in (0.5, 0.683, 0.9):
+        inside = int((np.array(distances) < chi2.ppf(level, 2)).sum())
+        assert binomtest(inside, 40, level).pvalue > 1e-3, (level, inside)
+    assert binomtest(int((np.array(misfits) < 0.5).sum()), 40, 0.5).pvalue > 1e-3
+
+
+def test_the_covariance_is_that_of_an_independent_linearization(tmp_path, truth):
+    given = problem(tmp_path, two_scenarios(truth, np.random.default_rng(3).normal(0, SIGMA, (2, 25))))
+    found = fit(given)
+    steps = np.diag([1.0, 0.1])
+    J = np.array([(given.residuals(found.x + h) - given.residuals(found.x - h)) / (2 * h.sum()) for h in steps]).T
+    expected = np.linalg.inv(J.T @ J)
+    assert judge(given, found).covariance == pytest.approx(expected, rel=1e-3)
+
+
+def test_an_unknown_the_data_do_not_know_is_named(tmp_path, truth):
+    """Where the wheel starts, within a nanometre, is nothing that these data could tell."""
+    text = HEAD.replace("parameters.k_s", "initial.z_u").replace("20000", "0").replace("60000", "1e-9")
+    text = text.replace("lower = 5000", "lower = -1e-9")
+    given = problem(tmp_path, text + scenario([curve(truth[0])]), STUDY + "[initial]\nz_s = 0.0\n")
+    judgement = judge(given, fit(given))
+    assert any("cannot tell stiffness" in note for note in judgement.notes)
+
+
+def test_two_that_only_work_together_are_named_together(tmp_path):
+    """Mass, stiffness and damping of the body times one number move it alike where the tyre is stiff."""
+    extra = '[unknowns.mass]\nkey = "parameters.m_s"\nstart = 300\nlower = 100\nupper = 900\n'
+    study = STUDY.replace("5e-3", "2e-4") + "[parameters]\nk_t = 1e9\nm_s = 280\n"
+    (tmp_path / "true.toml").write_text(study + "k_s = 16000\nc_s = 1200\n")
+    run = run_study(tmp_path / "true.toml")
+    seen = np.interp(TIMES, run.t, run["z_s"] - run["z_s"][0])
+    given = problem(tmp_path, HEAD + extra + scenario([curve(seen)]), study)
+    notes = judge(given, fit(given)).notes
+    assert any("cannot tell" in note and "mass" in note and "stiffness" in note for note in notes), notes
+
+
+def test_a_bound_that_stops_the_search_is_named(tmp_path, truth):
+    text = HEAD.replace("start = 20000\nlower = 5000", "start = 25000\nlower = 20000")
+    given = problem(tmp_path, text + scenario([curve(truth[0])]))
+    found = fit(given)
+    judgement = judge(given, found)
+    assert found.at_lower.tolist() == [True, False]
+    assert judgement.standard_errors[0] == 0
+    assert judgement.standard_errors[1] > 0
+    assert any(note.startswith("stiffness is at its lower bound") for note in judgement.notes)
+    assert not judgement.fits
+    assert any("not met within their stated errors" in note for note in judgement.notes)
+
+
+def test_numbers_are_taken_of_a_run_as_they_are_called():
+    run = simulate(load("quarter_car"), (0, 2), step=1e-3, inputs={"z_r": sine(0.01, 2.0)}, initial=[0.0] * 4, every=7)
+
+    def number(**said):
+        return measured(run, Observation(quantity="z_r", value=0.0, sigma=1.0, **said), None)[0]
+
+    assert number(measure="greatest") == pytest.approx(0.01, rel=1e-6)  # between the saved points
+    assert number(measure="least") == pytest.approx(-0.01, rel=1e-6)
+    assert number(measure="range") == pytest.approx(0.02, rel=1e-6)
+    assert number(measure="largest", after=0.01, before=0.05) == pytest.approx(
+        0.01 * np.sin(4 * np.pi * 0.049), rel=1e-6
+    )
+    assert number(measure="rms") == pytest.approx(0.01 / np.sqrt(2), rel=1e-3)
+    assert number(measure="at", at=0.1234) == pytest.approx(0.01 * np.sin(4 * np.pi * 0.1234), rel=1e-6)
+    with pytest.raises(ValueError, match="fewer than three points"):
+        number(after=1.0, before=1.001)
+
+
+def test_the_result_is_a_set_that_a_study_takes_up(tmp_path, truth):
+    given = problem(tmp_path, two_scenarios(truth, np.zeros((2, 25))))
+    found = fit(given)
+    judgement = judge(given, found)
+    path = save(given, found, judgement, tmp_path, date(2020, 2, 3))
+    stored = tomllib.loads(path.read_text())
+    assert stored["date"] == date(2020, 2, 3)
+    assert stored["name"] == "suspension"
+    assert "identify.toml" in stored["origin"]
+    assert stored["estimates"]["damping"]["standard_error"] == pytest.approx(judgement.standard_errors[1])
+    (tmp_path / "use.toml").write_text('identified = "suspension.toml"\n' + STUDY)
+    assert run_study(tmp_path / "use.toml").metadata["parameter k_s"] == found.x[0]
+    own = 'identified = "suspension.toml"\n' + STUDY + "[parameters]\nk_s = 9e3\n"
+    (tmp_path / "own.toml").write_text(own)  # the study's own value wins
+    assert run_study(tmp_path / "own.toml").metadata["parameter k_s"] == 9e3
+    (tmp_path / "none.toml").write_text('identified = "nowhere.toml"\n' + STUDY)
+    with pytest.raises(StudyError, match=r"line 1: identified: there is no file .*nowhere.toml"):
+        run_study(tmp_path / "none.toml")
+    assert draw(given, found, tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
+    assert [each.at_bound for each in estimates(given, found, judgement)] == ["", ""]
+
+
+WRONG = {
+    "unknown key": (HEAD.replace("upper = 60000", "uper = 60000"), "unknowns.stiffness.uper: unknown key 'uper'"),
+    "out of order": (HEAD.replace("lower = 5000", "lower = 30000"), "expected lower <= start <= upper"),
+    "no such parameter": (HEAD.replace("parameters.k_s", "parameters.k_z"), "unknown parameter 'k_z'"),
+    "no such table": (HEAD.replace("parameters.k_s", "parameter.k_s"), "unknown table 'parameter'"),
+    "no such input": (HEAD.replace("parameters.k_s", "inputs.z_q.peak"), "unknown input key 'inputs.z_q.peak'"),
+    "no such input key": (HEAD.replace("parameters.k_s", "inputs.z_r.peek"), "inputs.z_r"),
+    "no study": (HEAD.replace("study.toml", "stuy.toml"), "there is no such file"),
+    "no TOML": ("title = ", "no valid TOML"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_slips_are_named_with_their_place(tmp_path, case):
+    text, message = WRONG[case]
+    with pytest.raises(StudyError) as refused:
+        fit(problem(tmp_path, text + scenario([curve(np.zeros(25))])))
+    assert message in str(refused.value)
+    assert str(tmp_path) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("observation", "message"),
+    [
+        ('quantity = "z_q"\nsigma = 1\nvalue = 1', "unknown quantity 'z_q'"),
+        ('quantity = "z_s"\nsigma = 0\nvalue = 1', "sigma"),
+        ('quantity = "z_s"\nsigma = 1', "expected either value, or t and values"),
+        ('quantity = "z_s"\nsigma = 1\nvalue = 1\nmeasure = "at"', "`at` is a time"),
+        ('quantity = "z_s"\nsigma = 1\nvalue = 1\nmeasure = "top"', "measure"),
+        ('quantity = "z_s"\nsigma = 1\nt = [0.1, 9.0]\nvalues = [0, 0]', "observed from 0.1 to 9 s, run from 0 to 1.5"),
+    ],
+)
+def test_observations_that_cannot_be_are_refused(tmp_path, observation, message):
+    with pytest.raises(StudyError) as refused:
+        fit(problem(tmp_path, HEAD + scenario([observation])))
+    assert message in str(refused.value)
+
+
+def test_the_papers_five_displacements(tmp_path):
+    """With the printed damping no pulse and arm meet all five; the file in studies/paper is what the command writes."""
+    command = [sys.executable, "qddot.py", "identify", "studies/paper/identify_recoil.toml", "--json", "--into"]
+    done = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert not said["fits"]
+    stored = tomllib.loads((PAPER / "identified" / "recoil.toml").read_text())
+    written = tomllib.loads((tmp_path / "recoil.toml").read_text())
+    assert written["values"] == pytest.approx(stored["values"], rel=1e-3)
+    assert written["chi_squared"] == pytest.approx(stored["chi_squared"], rel=1e-3)

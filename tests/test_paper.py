@@ -1,0 +1,226 @@
+"""The paper computed again: numbers against independent computations, verdicts, and that a claim can fail."""
+
+import json
+import re
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from runner.load import load
+from runner.paper.claims import Judged, judge, read, verdict
+from runner.paper.command import paper
+from runner.paper.drive import _Field
+from runner.paper.phase import phase
+from runner.paper.reproduce import reproduce
+from runner.paper.schema import Claim
+from runner.paper.section_figures import draw_all
+from runner.paper.studies import case
+from runner.study.read import StudyError
+
+ROOT = Path(__file__).parent.parent
+PAPER = ROOT / "studies" / "paper" / "paper.toml"
+SMALLER = {
+    "repeats = 3": "repeats = 1",
+    "points = 101": "points = 51",
+    "series = [2, 3, 8]": "series = [2, 8]",
+    'quantities = ["heave", "pitch", "barrel_end"]': 'quantities = ["heave"]',
+    "roads = 200": "roads = 4",
+    "every = 5": "every = 10",
+}
+
+
+@contextmanager
+def no_bar(name):
+    yield lambda fraction: None
+
+
+def smaller(folder):
+    """A copy of the paper's studies with fewer roads, shots and points."""
+    for file in PAPER.parent.glob("*.toml"):
+        text = file.read_text()
+        for old, new in SMALLER.items() if file.name == "paper.toml" else ():
+            text = text.replace(old, new)
+        (folder / file.name).write_text(text)
+    return folder / "paper.toml"
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return reproduce(smaller(tmp_path_factory.mktemp("paper")), no_bar)
+
+
+def claim(**said):
+    return Claim(**{"where": "1", "says": "x", "number": "n", "expected": "holds"} | said)
+
+
+def test_a_number_within_its_tolerance_holds_or_rests_and_any_other_differs():
+    near = {"value": 10.0, "tolerance": 0.1}
+    assert verdict(claim(**near), 10.9) == "holds"
+    assert verdict(claim(**near), 11.1) == "differs"
+    assert verdict(claim(**near, rests_on=("road",)), 9.1) == "rests on an assumption"
+    assert verdict(claim(least=1.0), 0.99) == "differs"
+    assert verdict(claim(least=1.0, most=2.0), 1.5) == "holds"
+    assert verdict(claim(most=2.0), 2.1) == "differs"
+    assert verdict(claim(least=1.0), float("nan")) == "differs"
+
+
+def test_only_a_claim_that_was_met_can_become_worse():
+    assert Judged("a", claim(least=1.0), 0.5, "differs").worse
+    assert Judged("a", claim(least=1.0, rests_on=("x",), expected="rests on an assumption"), 0.5, "differs").worse
+    assert not Judged("a", claim(least=1.0, expected="differs"), 0.5, "differs").worse
+    assert not Judged("a", claim(least=1.0), 1.5, "holds").worse
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('number = "verification.points.ODE23"', 'number = "verification.points.ODE24"', "did you mean"),
+        ('rests_on = ["pulse", "start"]', 'rests_on = ["puls", "start"]', "which [assumptions] does not name"),
+        ('expected = "holds"', 'expected = "true"', "expected"),
+        ("value = 525", "", "expected either value"),
+        ("roads = 200", "roads = 0", "roads"),
+    ],
+)
+def test_slips_in_the_claims_are_named(tmp_path, old, new, message):
+    (tmp_path / "paper.toml").write_text(PAPER.read_text().replace(old, new, 1))
+    with pytest.raises(StudyError) as refused:
+        given = read(tmp_path / "paper.toml")
+        judge(given, PAPER.parent, {"verification.points.ODE23": 525.0})
+    assert message in str(refused.value)
+
+
+def test_the_verdicts_are_those_of_the_last_look(found):
+    """Fewer roads and shots leave all verdicts but those of the roads; 1.85 s is found without being told."""
+    for each in found.claims:
+        if not each.claim.where.startswith("4"):
+            assert each.verdict == each.claim.expected, each.name
+    assert found.numbers["firing.8_shots.worst_interval.heave"] == pytest.approx(1.85, rel=0.02)
+    assert found.numbers["modes.as_run_loaded.period_1"] == pytest.approx(2.012, abs=1e-3)
+
+
+def test_displacements_agree_with_scipy(found):
+    """Figs. 6 and 7 by SciPy on the model's own A and B, without our integrators, inputs or measures."""
+    model = load("m113")
+    n = len(model.state_names)
+    A, B = np.zeros((n, n)), np.zeros((n, len(model.tables.inputs) + 1))
+    model.kernel("linear")(model.constants(model.parameter_values("as_run_unloaded")), A, B)
+    force = [channel.name for channel in model.tables.inputs].index("F")
+    peak = 605.0 * np.pi / 0.2
+
+    def rhs(t, x, times):
+        push = sum(peak * np.sin(np.pi * (t - s) / 0.1) for s in times if s <= t <= s + 0.1)
+        return A @ x + B[:, force] * push
+
+    t = np.arange(1.0, 7.0, 0.002)
+    computed = {each.name: each.computed for each in found.claims}
+    for name, times, after, arm in (
+        ("barrel_first", [1.0], 1.0, 3.0),
+        ("barrel_second_worst", [1.0, 2.85], 2.85, 3.0),
+        ("barrel_second_best", [1.0, 2.07], 2.07, 3.0),
+        ("hull_three_shots", [1.0, 2.85, 4.7], 1.0, None),
+    ):
+        run = solve_ivp(rhs, (1.0, 7.0), np.zeros(n), args=(times,), t_eval=t, rtol=1e-8, atol=1e-11, max_step=0.02)
+        moved = run.y[5] - (arm or 0.0) * run.y[6]
+        largest = np.abs(moved).max() if arm is None else moved[t >= after].max()
+        assert computed[name] == pytest.approx(1e3 * largest, rel=2e-4), name
+
+
+def test_the_step_found_is_the_largest_that_is_accurate_enough(found):
+    """Heun's method multiplies a linear state by 1 + hA + (hA)^2/2 a step: iterated here by itself."""
+    step = found.numbers["cost.step_needed.heun"]
+    given = case(found.folder / "standing.toml")
+    exact = given.run("exact", {"output_times": [1.648, 2.356]})
+
+    def error(h):
+        run = given.run("heun", {"step": h, "output_times": [1.648, 2.356]})
+        pairs = [(run["heave"][run.t == t][0], exact["heave"][exact.t == t][0]) for t in (1.648, 2.356)]
+        return max(abs(one - other) / abs(other - exact["heave"][0]) for one, other in pairs)
+
+    assert error(step) <= 5e-4 < error(step / 0.8)
+
+
+def test_the_exact_reference_is_the_matrix_exponential(found):
+    """After the pulse the state moves by exp(A t) about its rest."""
+    model = load("m113")
+    n = len(model.state_names)
+    A, B = np.zeros((n, n)), np.zeros((n, len(model.tables.inputs) + 1))
+    model.kernel("linear")(model.constants(model.parameter_values("as_run_unloaded")), A, B)
+    run = case(found.folder / "standing.toml").run("exact", {"output_times": [0.5, 1.648, 2.356]})
+    x = {t: run.states[run.t == t][0] for t in (0.5, 1.648, 2.356)}
+    assert x[2.356] - x[0.5] == pytest.approx(expm(A * 0.708) @ (x[1.648] - x[0.5]), rel=1e-8, abs=1e-12)
+
+
+def test_shots_added_to_the_ride_are_the_ride_with_shots(found):
+    settings = found.paper.drive
+    field = _Field(settings, found.folder / settings.study)
+    _, _, heave = field.ride(3, 20.0)
+    direct = field._case(3, 20.0, [1.5, 3.35]).run("exact", field._saved(20.0))
+    assert heave + field.shots(20.0)[2] == pytest.approx(direct["heave"] - direct["heave"][0], abs=1e-10)
+
+
+def test_a_swing_of_the_map_is_that_of_a_run(found):
+    settings = found.paper.phase
+    mapped = phase(settings, found.folder)
+    i, j = 7, 11
+    times = [mapped.first[i], mapped.first[i] + mapped.intervals[j]]
+    given = case(found.folder / settings.study, {**settings.set, "inputs.F.times": times})
+    run = given.run("exact", {"output_times": np.arange(times[1], times[1] + settings.after, 0.01)})
+    fired = np.abs(run["heave"] - run["heave"][0])[(run.t >= times[1] - 1e-9) & (run.t < times[1] + settings.after)]
+    assert mapped.swings[i, j] == pytest.approx(fired.max(), rel=2e-3)
+
+
+def test_bursts_are_no_better_than_equal_intervals_can_be(found):
+    """The optimizer's best is below, its worst above, all series of equal intervals with as many shots."""
+    (burst,) = found.firing.bursts
+    assert burst.best_swing < burst.worst_swing
+    gun = case(found.folder / "standing.toml")
+    for interval in (0.6, 1.07, 1.85, 2.5):
+        times = [1.0, 1.0 + interval, 1.0 + 2 * interval]
+        run = case(found.folder / "standing.toml", {"inputs.F.times": times}).run(
+            "exact", {"step": 0.01}, None, (0.0, times[-1] + 4.0)
+        )
+        swing = np.abs(run["heave"] - run["heave"][0])[run.t >= times[-1]].max()
+        assert burst.best_swing <= swing * 1.001
+        assert swing <= burst.worst_swing * 1.05
+    assert gun.model.name == "m113"
+
+
+def test_every_figure_is_drawn(found, tmp_path):
+    written = list(draw_all(found, tmp_path))
+    assert len(written) == 6
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
+
+
+def test_the_command_exits_with_1_where_a_claim_no_longer_holds(tmp_path, monkeypatch, found, capsys):
+    path = smaller(tmp_path)
+    path.write_text(path.read_text().replace("value = 637", "value = 638"))
+    given = read(path)
+    again = judge(given, tmp_path, found.numbers)
+    assert [each.name for each in again if each.worse and not each.claim.where.startswith("4")] == ["points_ode45"]
+    broken = type(found)(**{**vars(found), "claims": again, "paper": given})
+    monkeypatch.setattr("runner.paper.command.reproduce", lambda path, bar: broken)
+    assert paper(path, tmp_path / "out", as_json=False) == 1
+    assert "worse than when last looked at" in capsys.readouterr().out
+    said = json.loads((tmp_path / "out" / "claims.json").read_text())
+    assert {each["name"] for each in said["claims"]} == set(given.claims)
+
+
+def test_the_table_in_the_readme_is_that_of_the_claims():
+    """Every claim stands there with the verdict that the last run gave; `qddot paper` fails where it has changed."""
+    rows = re.findall(
+        r"^\| `(\w+)` \|.*\| (holds|differs|rests on an assumption) \|$", (ROOT / "README.md").read_text(), re.M
+    )
+    assert dict(rows) == {name: each.expected for name, each in read(PAPER).claims.items()}
+
+
+def test_a_missing_file_ends_in_one_message(tmp_path):
+    command = [sys.executable, "qddot.py", "paper", "--claims", str(tmp_path / "none.toml")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
