@@ -36,9 +36,9 @@ def timed(job: Job, runs: int, by_hand: int) -> str:
     start = time.process_time()
     block = compute(job, 1)
     ours = runs / (time.process_time() - start)
-    by_scipy(job.prepared(runs), job.sampling.times)
+    by_scipy(job.prepared(runs).simulation, job.sampling.times)
     start = time.process_time()
-    theirs = [by_scipy(job.prepared(runs + i), job.sampling.times) for i in range(by_hand)]
+    theirs = [by_scipy(job.prepared(runs + i).simulation, job.sampling.times) for i in range(by_hand)]
     loop = by_hand / (time.process_time() - start)
     apart = max(np.abs(x[-1] - y).max() for x, y in zip(theirs, block.rows["final_state"], strict=False))
     return (

@@ -45,12 +45,16 @@ def draw(
 
 
 def _longest(results: Results) -> list[str]:
-    """The axes to draw over where nobody said: one of each group with more than one value, two at the most."""
-    groups = list(zip(results.data.attrs["groups"], results.data.attrs["shape"], strict=True))
-    firsts = [names[0] for names, size in sorted(groups, key=lambda group: -group[1]) if size > 1]
-    several = [name for names, size in groups if size > 1 for name in names if name in results.data.attrs["sampled"]]
-    chosen = several if len(groups) == 1 and several else firsts
-    named = [axis for axis in results.axes if axis in chosen[:2]]
+    """The axes to draw over where nobody said: the longest one or two; of sampled ones those that are no mere numbers
+    of something, such as seeds of random roads.
+    """
+    found: list[tuple[int, str]] = []
+    for names, size in zip(results.data.attrs["groups"], results.data.attrs["shape"], strict=True):
+        drawn = [name for name in names if name in results.data.attrs["sampled"]]
+        smooth = [name for name in drawn if np.issubdtype(results.column(name).dtype, np.floating)]
+        found += [(size, name) for name in (smooth or names[:1]) if size > 1]
+    longest = [name for _, name in sorted(found, key=lambda each: -each[0])[:2]]
+    named = [axis for axis in results.axes if axis in longest]
     return named if all(_numeric(results, name) for name in named) else named[:1]
 
 
