@@ -367,3 +367,31 @@ def test_figures_of_every_kind_are_drawn(store, tmp_path):
         with pytest.raises(ValueError, match=message):
             draw(results, tmp_path / "no.png", **wrong)
     assert not (tmp_path / "no.png").exists()
+
+
+@pytest.mark.parametrize("name", ["burst", "interval_sweep", "suspension_map", "terrain", "terrain_monte_carlo"])
+def test_the_ready_batches_can_be_run(name):
+    job = read_job(ROOT / "studies" / f"{name}.toml")
+    assert len(job.sweep) == {"burst": 5, "interval_sweep": 251, "terrain": 12}.get(name, len(job.sweep))
+    assert job.prepared(len(job.sweep) - 1).simulation.problem.t1 > 1
+
+
+def test_the_worst_interval_is_that_of_the_slow_mode(tmp_path):
+    """The paper: the worst pause between two shots is 1.85 s, 1.07 s is comfortable."""
+    study = ROOT / "studies" / "interval_sweep.toml"
+    few = {"sweep.axes.0.linspace": [0.5, 3.0, 51], "outputs.keep": []}
+    delays = open_batch(run_batch(study, tmp_path / "i.zarr", changes=few))
+    assert float(delays["energy_dissipated"].idxmax()) == pytest.approx(1.85, abs=0.05)
+    assert float(delays["barrel_rise"].idxmax()) == pytest.approx(1.85, abs=0.15)
+    comfortable = delays["barrel_rise"].sel(delay=1.05, method="nearest")
+    assert comfortable < 0.3 * delays["barrel_rise"].max()
+
+
+def test_the_json_schema_knows_every_key(tmp_path):
+    done = command_line("schema", "--into", "s.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    schema = json.loads((tmp_path / "s.json").read_text())
+    assert {"sweep", "metrics", "outputs", "road", "inputs"} <= set(schema["properties"])
+    assert set(schema["required"]) == {"model", "span"}
+    assert "linspace" in schema["$defs"]["AxisTable"]["properties"]
+    assert schema["$defs"]["AxisTable"]["additionalProperties"] is False
