@@ -1,6 +1,5 @@
 """Computing blocks on the cores of this machine: threads, for integration releases the interpreter's lock."""
 
-import os
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -11,11 +10,7 @@ from runner.batch.block import compute
 from runner.batch.job import Job
 from runner.batch.stopping import Wish
 from runner.batch.store import Store
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+from runner.workers import cores
 
 
 def compute_and_write(job: Job, store: Store, index: int) -> dict[str, Any]:

@@ -1,9 +1,6 @@
 """Many runs of one linear model, each propagated exactly with its own parameters, inputs and times, on all cores."""
 
-import os
-import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
 from itertools import count
 from threading import Event
@@ -21,12 +18,10 @@ from runner.inputs.signal import InputTable
 from runner.load import Model
 from runner.memory import address, record
 from runner.pointers import pointer
-from runner.problem import Status
+from runner.workers import cores, on_threads
 
 #: Runs that a thread takes at a time; between two such blocks it looks whether to stop.
 BLOCK_OF_RUNS = 16
-#: Seconds between two looks at what the threads have done.
-LOOK = 0.05
 #: What every run is told or writes; see `propagate_batch`.
 _SHARED = (
     *("t0", "t1", "initial", "constants", "table", "rate", "offset", "order", "pieces", "first", "last", "times"),
@@ -53,11 +48,11 @@ def propagate_batch(
     """
     if not model.tables.linear:
         raise ValueError(f"model {model.name} is nonlinear, exact propagation needs a linear one")
-    runs, stop, numbers = len(arrays["t0"]), Event(), count()
+    runs, numbers = len(arrays["t0"]), count()
     batch = _batch(model, arrays, limit)
     loop = _compiled_runs()
 
-    def work() -> None:
+    def work(stop: Event) -> None:
         s, keep = _thread_space(model, arrays)
         while not stop.is_set():
             start = BLOCK_OF_RUNS * next(numbers)
@@ -65,13 +60,8 @@ def propagate_batch(
                 break
             loop(batch, s, *keep[1:], start, min(runs, start + BLOCK_OF_RUNS))
 
-    workers = max(1, min(threads or _cores(), -(-runs // BLOCK_OF_RUNS)))
-    with ThreadPoolExecutor(workers) as pool:
-        futures = [pool.submit(work) for _ in range(workers)]
-        why = _watch(futures, lambda: np.count_nonzero(arrays["status"]) / max(1, runs), stop, progress, time_limit)
-    for future in futures:
-        future.result()
-    arrays["status"][arrays["status"] == int(Status.RUNNING)] = int(why)
+    workers = max(1, min(threads or cores(), -(-runs // BLOCK_OF_RUNS)))
+    on_threads(work, workers, arrays["status"], progress, time_limit)
 
 
 def _batch(model: Model, arrays: Mapping[str, NDArray[Any]], limit: float) -> np.void:
@@ -111,30 +101,3 @@ def _compiled_runs() -> Any:
     integers, number = types.Array(types.int64, 2, "C"), types.int64
     arguments = (batch, space, abi.MATRIX, abi.MATRIX, integers, abi.VECTOR, abi.VECTOR, number, number)
     return compiled(types.void(*arguments), error_model="numpy", nogil=True, _nrt=False)(propagate_runs)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _watch(
-    futures: list[Future[None]],
-    done: Callable[[], float],
-    stop: Event,
-    progress: Callable[[float], None] | None,
-    time_limit: float | None,
-) -> Status:
-    """Wait for the threads; gives what became of runs that they did not finish."""
-    started, why = time.perf_counter(), Status.INTERRUPTED
-    try:
-        while wait(futures, timeout=LOOK).not_done:
-            if progress is not None:
-                progress(done())
-            if time_limit is not None and time.perf_counter() - started >= time_limit:
-                why = Status.TIME_LIMIT
-                stop.set()
-    except KeyboardInterrupt:
-        stop.set()
-    if progress is not None:
-        progress(done())
-    return why

@@ -4,15 +4,10 @@ The compiled loops release the interpreter's lock. They come back every few mill
 thread sees whether it is to stop: progress, Ctrl-C and wall-clock limits act from the thread that asked for the batch.
 """
 
-import os
-import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from runner.explicit.controller import control_for
 from runner.explicit.step import pair_for
@@ -22,14 +17,13 @@ from runner.memory import address
 from runner.methods import Method
 from runner.options import Options
 from runner.problem import Status
+from runner.workers import cores, on_threads
 
 if TYPE_CHECKING:
     from runner.lanes.task import Task
 
 #: State components advanced by a slice: some milliseconds.
 SLICE_WORK = 4_000_000
-#: Seconds between two looks at what the threads have done.
-LOOK = 0.05
 
 
 def run_in_lanes(
@@ -43,9 +37,8 @@ def run_in_lanes(
     batch = task.record(kernel)
     driver = driver_for(task.method, task.options)
     most_steps = max(16, SLICE_WORK // (LANES * int(batch["n"]) * driver.slopes))
-    stop = Event()
 
-    def work() -> None:
+    def work(stop: Event) -> None:
         pack, arrays = make_pack(batch, driver.slopes)
         if driver.start(batch, pack, *driver.start_arguments):
             while driver.advance(batch, pack, *driver.arguments, most_steps) == Status.RUNNING and not stop.is_set():
@@ -53,13 +46,7 @@ def run_in_lanes(
         del arrays  # The loop knew them by address: they had to live until here.
 
     count = max(1, min(threads or cores(), -(-task.runs // LANES)))
-    with ThreadPoolExecutor(count) as pool:
-        futures = [pool.submit(work) for _ in range(count)]
-        why = _watch(futures, lambda: _done(task), stop, progress, time_limit)
-    for future in futures:
-        future.result()
-    status = task.arrays["status"]
-    status[status == int(Status.RUNNING)] = int(why)
+    on_threads(work, count, task.arrays["status"], progress, time_limit)
     del kernel  # Known by address, too.
 
 
@@ -93,35 +80,3 @@ def driver_for(method: Method, options: Options) -> Driver:
     longest = float(pair.longest_step)
     arguments = (coefficients, control, longest)
     return Driver(adaptive.compiled_start(), loop, (longest,), arguments, pair.dense.stages, table)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _done(task: "Task") -> float:
-    return float(np.count_nonzero(task.arrays["status"])) / task.runs
-
-
-def _watch(
-    futures: list[Future[None]],
-    done: Callable[[], float],
-    stop: Event,
-    progress: Callable[[float], None] | None,
-    time_limit: float | None,
-) -> Status:
-    """Wait for the threads; gives what became of runs that they did not finish."""
-    started, why = time.perf_counter(), Status.INTERRUPTED
-    try:
-        while wait(futures, timeout=LOOK).not_done:
-            if progress is not None:
-                progress(done())
-            if time_limit is not None and time.perf_counter() - started >= time_limit:
-                why = Status.TIME_LIMIT
-                stop.set()
-    except KeyboardInterrupt:
-        stop.set()
-    if progress is not None:
-        progress(done())
-    return why
