@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from runner.checks import finite
 from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
+#: A pulse is refused beyond these, in s: powers of its duration would overflow.
+SHORTEST, LONGEST = 1e-30, 1e30
 #: Pulse edges closer than this part of a duration are one edge.
 SAME_EDGE = 1e-9
 
@@ -36,7 +38,9 @@ class Pulse:
         return float(total.sum() + turns.sum())
 
     def stretched(self, factor: float, times: float) -> "Pulse":
-        """The pulse with its values times `factor`, lasting `times` as long."""
+        """The pulse with its values times `factor`, lasting `times` as long; ValueError where that is no length."""
+        if not SHORTEST <= times <= LONGEST:
+            raise ValueError(f"the pulse lasts {times:g} s, expected {SHORTEST:g} to {LONGEST:g} s")
         rows = self.pieces.copy()
         rows[:, START] *= times
         for power, column in enumerate((C0, C1, C2, C3)):
