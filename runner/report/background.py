@@ -5,6 +5,7 @@ import os
 import pickle
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,13 +51,19 @@ def main() -> None:
     """Import what drawing needs, wait for curves and a path on the standard input, and draw."""
     from types import SimpleNamespace  # noqa: PLC0415 - of the drawing process alone
 
+    import numpy as np  # noqa: PLC0415
+
     from runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
+    line = SimpleNamespace(values=np.zeros(2), unit="m", label="first")
+    with tempfile.TemporaryDirectory() as folder:  # fonts and all that is made with a first figure
+        draw(SimpleNamespace(title="first", t=np.arange(2.0), panels=((line,),)), Path(folder) / "first.png")  # type: ignore[arg-type]
     request = sys.stdin.buffer.read()
     if request:
         (title, t, panels), path = pickle.loads(request)
         shown = tuple(tuple(SimpleNamespace(**curve) for curve in panel) for panel in panels)
         draw(SimpleNamespace(title=title, t=t, panels=shown), path)  # type: ignore[arg-type]
+        os._exit(0)  # the picture is written; taking matplotlib down would keep the user waiting
 
 
 def _plain(curves: "Curves") -> tuple[object, ...]:
