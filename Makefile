@@ -70,6 +70,7 @@ identify: $(VENV)/run ## the recoil pulse, barrel and damping that the paper's f
 
 paper: compare identify ## the whole paper: equations, pulse, sections 3 and 4, every claim with its verdict
 	$(BIN)/qddot paper
+	$(BIN)/qddot report
 
 bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own
 	$(VENV)-bench/bin/python -m benchmarks

@@ -260,6 +260,19 @@ def _paper(
     raise typer.Exit(paper(claims or STUDIES / "paper" / "paper.toml", into, as_json))
 
 
+@app.command("report")
+def _report(
+    claims: Annotated[Path, typer.Option(help="What `qddot paper` wrote.")] = Path("results/paper/claims.json"),
+    into: Annotated[Path, typer.Option(help="The page to write.")] = Path("results/paper/report.html"),
+) -> None:
+    """Write the report of the M113 paper: one HTML page with equations, claims, plots and an animation."""
+    from codegen.command import equations_page
+    from runner.command import STUDIES
+    from runner.paper.report import report
+
+    print(f"wrote {report(STUDIES / 'paper' / 'paper.toml', claims, equations_page('m113'), into)}")
+
+
 def main() -> None:
     """Run the command line; what a person gave wrongly ends in one message, never in a traceback."""
     try:

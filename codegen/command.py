@@ -62,6 +62,12 @@ def equations(names: tuple[str, ...], into: Path, quiet: bool) -> int:
     return 0
 
 
+def equations_page(name: str) -> str:
+    """The equations of a model as a complete HTML page."""
+    ((source, system),) = find((name,)).items()
+    return html(describe(derive(system), source))
+
+
 def _shown(path: Path) -> Path:
     """A path as a person would type it: from here where it lies below."""
     return path.relative_to(Path.cwd()) if path.is_absolute() and path.is_relative_to(Path.cwd()) else path

@@ -1,6 +1,6 @@
 """When to fire: what swings after the last of several shots, by their interval, and the best and worst burst."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,12 +10,17 @@ from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
 from runner.inputs.shapes import pulse_train
+from runner.metrics.weighting import digital, vibration_dose
 from runner.paper.schema import FiringSettings
 from runner.paper.studies import Case, case
 from runner.solution import Solution
 from runner.study.read import StudyError, read
 
 Vector = NDArray[np.float64]
+
+#: What stands for the crew's comfort: the vibration dose value (ISO 2631-1:1997, equation 4, for shocks) of the heave
+#: acceleration, weighted by Wk, over the whole run, m/s^1.75; and the interval between its samples, s, which Wk needs.
+DOSE, STEP = "vibration_dose", 0.0018
 
 #: Generations and members per unknown of the search for a schedule (Storn, Price, J. Global Optim. 11 (1997) 341-359).
 GENERATIONS, MEMBERS = 25, 8
@@ -53,14 +58,15 @@ class Burst:
 class Firing:
     """Everything about when to fire.
 
-    growth: at the paper's interval, the least ratio of the swings after the first three shots. units: of the
-    quantities.
+    growth: at the paper's interval, the least ratio of the swings after the first three shots. comfort: of
+    two shots, the swing at the paper's comfortable interval over that at its worst. units: of the quantities.
     """
 
     first: float
     series: tuple[Series, ...]
     bursts: tuple[Burst, ...]
     growth: Mapping[str, float]
+    comfort: Mapping[str, float]
     units: Mapping[str, str]
 
     def numbers(self) -> dict[str, float]:
@@ -71,6 +77,7 @@ class Firing:
                 found[f"firing.{each.shots}_shots.worst_interval.{quantity}"] = each.worst(quantity)
                 found[f"firing.{each.shots}_shots.best_interval.{quantity}"] = each.best(quantity)
         found |= {f"firing.paper_interval.growth.{quantity}": ratio for quantity, ratio in self.growth.items()}
+        found |= {f"firing.comfortable_over_worst.{quantity}": ratio for quantity, ratio in self.comfort.items()}
         for burst in self.bursts:
             found[f"firing.burst.best_swing.{burst.quantity}"] = burst.best_swing
             found[f"firing.burst.worst_swing.{burst.quantity}"] = burst.worst_swing
@@ -94,12 +101,20 @@ def firing(settings: FiringSettings, folder: Path, progress: Callable[[float], N
         if progress is not None:
             progress((len(series) + k + 1) / jobs)
     units = {name: gun.unit(name) for name in settings.quantities}
-    return Firing(settings.first, tuple(series), tuple(bursts), _growth(settings, gun), units)
+    return Firing(settings.first, tuple(series), tuple(bursts), _growth(settings, gun), _comfort(settings, gun), units)
 
 
 def _growth(settings: FiringSettings, gun: "_Gun") -> dict[str, float]:
     rows = [gun.swings(settings.first + settings.paper_interval * np.arange(shots)) for shots in (1, 2, 3)]
     return {name: min(rows[1][name] / rows[0][name], rows[2][name] / rows[1][name]) for name in settings.quantities}
+
+
+def _comfort(settings: FiringSettings, gun: "_Gun") -> dict[str, float]:
+    best, worst = (
+        gun.swings(settings.first + interval * np.arange(2))
+        for interval in (settings.paper_comfortable, settings.paper_interval)
+    )
+    return {name: best[name] / worst[name] for name in settings.quantities}
 
 
 class _Gun:
@@ -115,22 +130,25 @@ class _Gun:
         self._pulse = {name: float(value) for name, value in sizes.items() if value is not None}
         self._shape = pulse.shape
 
-    def run(self, times: NDArray[Any]) -> Solution:
-        """The vehicle under shots at these times, s."""
+    def run(self, times: NDArray[Any], step: float = 0.01) -> Solution:
+        """The vehicle under shots at these times, s, saved every step, s."""
         inputs = {"F": pulse_train(self._shape, times=times, **self._pulse)}
         span = (self._case.span[0], float(times.max()) + self._settings.after)
-        return self._case.run("exact", {"step": 0.01}, inputs, span)
+        return self._case.run("exact", {"step": step}, inputs, span)
 
-    def swings(self, times: NDArray[Any]) -> dict[str, float]:
-        """The swing of each quantity."""
-        solution = self.run(times)
+    def swings(self, times: NDArray[Any], names: Sequence[str] = ()) -> dict[str, float]:
+        """The swing of each quantity, all of the settings' by default."""
+        names = names or self._settings.quantities
+        solution = self.run(times, STEP if DOSE in names else 0.01)
         after = solution.t >= times.max()
-        return {
-            name: float(np.abs(solution[name][after] - solution[name][0]).max()) for name in self._settings.quantities
-        }
+        changes = {name: solution[name][after] - solution[name][0] for name in names if name != DOSE}
+        found = {name: float(np.abs(change).max()) for name, change in changes.items()}
+        return found | ({DOSE: _dose(solution)} if DOSE in names else {})
 
     def unit(self, name: str) -> str:
         """The unit of a quantity."""
+        if name == DOSE:
+            return "m/s^1.75"
         return next(each.unit for each in self._case.model.tables.outputs if each.name == name)
 
 
@@ -144,10 +162,17 @@ def _burst(settings: FiringSettings, gun: _Gun, quantity: str) -> Burst:
     def search(sign: float) -> tuple[Vector, float]:
         rng = np.random.default_rng(settings.seed)
         options = {"maxiter": GENERATIONS, "popsize": MEMBERS, "tol": 1e-4, "polish": False, "rng": rng}
-        found = differential_evolution(lambda x: sign * gun.swings(times(x))[quantity], bounds, **options)
+        found = differential_evolution(lambda x: sign * gun.swings(times(x), [quantity])[quantity], bounds, **options)
         return times(found.x), float(sign * found.fun)
 
     return Burst(quantity, *search(1.0), *search(-1.0))
+
+
+def _dose(solution: Solution) -> float:
+    """The vibration dose value of the hull's heave, by samples at equal distances."""
+    t = np.arange(solution.t[0], solution.t[-1], STEP)
+    samples = np.interp(t, solution.t, solution["heave_acceleration"])
+    return float(vibration_dose(samples, 0, len(samples), t[0], STEP, digital("Wk", STEP).ravel()))
 
 
 def _vertex(x: Vector, y: Vector, k: int) -> float:

@@ -34,9 +34,10 @@ class CostSettings(Table):
 class FiringSettings(Table):
     """When to fire: shots at equal intervals (s), and the schedule of a burst.
 
-    series: numbers of shots. quantities: what swings, by its largest change after the last shot, over `after` seconds.
-    paper_interval: the paper's worst. burst: the shots of the schedule that is optimized, burst_shortest and
-    burst_longest the intervals allowed in it.
+    series: numbers of shots. quantities: what swings, by its largest change after the last shot, over `after` seconds;
+    vibration_dose stands for the crew's comfort, see `runner.paper.firing`. paper_interval: the paper's worst,
+    paper_comfortable: its best. burst: the shots of the schedule that is optimized, burst_shortest and burst_longest
+    the intervals allowed in it.
     """
 
     study: str
@@ -48,6 +49,7 @@ class FiringSettings(Table):
     quantities: tuple[str, ...]
     after: float
     paper_interval: float
+    paper_comfortable: float
     burst: int
     burst_shortest: float
     burst_longest: float

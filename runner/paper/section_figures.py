@@ -15,6 +15,7 @@ from runner.paper.reproduce import Reproduction
 from runner.paper.studies import case
 from runner.report.figures import COLOURS
 
+_SCALED = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
 _SHOTS = ("no shot", "one shot", "two shots", "three shots")
 
 
@@ -85,13 +86,13 @@ def draw_firing(firing: Firing, interval: float, path: Path) -> Path:
     quantities = list(firing.units)
     figure, axes = axes_of(len(quantities))
     for axis, quantity in zip(axes, quantities, strict=True):
-        scale = 1e3
+        unit = _SCALED.get(firing.units[quantity], (1.0, firing.units[quantity]))
         for series, colour in zip(firing.series, COLOURS, strict=False):
             worst = series.worst(quantity)
             label = f"{series.shots} shots, worst {worst:.2f} s"
-            axis.plot(series.intervals, scale * series.swings[quantity], color=colour, linewidth=1.3, label=label)
+            axis.plot(series.intervals, unit[0] * series.swings[quantity], color=colour, linewidth=1.3, label=label)
         axis.axvline(interval, color="0.5", linewidth=0.9, linestyle=":")
-        axis.set_ylabel(f"{quantity.replace('_', ' ')}, {'mrad' if firing.units[quantity] == 'rad' else 'mm'}")
+        axis.set_ylabel(f"{quantity.replace('_', ' ')}, {unit[1]}")
         axis.margins(x=0.0, y=0.2)
         axis.legend(fontsize="small", frameon=False, ncols=3, loc="upper left")
     title = "Largest change after the last shot by the interval between shots; dotted: the paper's 1.85 s"

@@ -1,0 +1,136 @@
+"""The report of the M113: the ride, shots, claims, verification, modes and equations on one page."""
+
+import json
+import re
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.load import load
+from runner.modes import modes
+from runner.paper.claims import read
+from runner.paper.scene import ride_data, scene
+from runner.paper.studies import case
+from runner.paper.verification import verify
+from runner.report.figures import COLOURS
+from runner.report.page import Section, plot, table, write_page
+
+Vector = NDArray[np.float64]
+
+#: Points of a curve in the page, about.
+_POINTS = 800
+_CLASSES = {"holds": "holds", "rests on an assumption": "rests", "differs": "differs"}
+
+
+def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> Path:
+    """Write the page. equations: the model's equations as an HTML page, of which the main part is taken.
+
+    claims_file: what `qddot paper` wrote. Raises ValueError where there is none.
+    """
+    if not claims_file.is_file():
+        raise ValueError(f"{claims_file}: there is no such file; `qddot paper` writes it")
+    said = json.loads(claims_file.read_text("utf-8"))
+    plots: list[dict[str, Any]] = []
+    paper = read(paper_file)
+    sections = [
+        Section("The ride", scene() + _ride_plot(paper_file.parent, plots)),
+        Section("Shots standing still", _shots(paper_file.parent, plots)),
+        Section("Claims of the paper", _claims(said["claims"], paper.assumptions)),
+        Section("Verification", _verification()),
+        Section("Modes", _modes()),
+        Section("Equations and parameters", _main(equations)),
+    ]
+    source = "Computed by qddot from T, Π and Φ; every number on this page can be downloaded or computed again."
+    return write_page(into, paper.title, source, sections, plots, ride_data(paper_file.parent / "drive.toml"))
+
+
+def _curve(name: str, x: Vector, y: Vector, colour: str, digits: int = 3) -> dict[str, Any]:
+    every = max(1, len(x) // _POINTS)
+    rounded = [round(float(value), digits) for value in y[::every]]
+    return {"name": name, "x": [round(float(t), 4) for t in x[::every]], "y": rounded, "colour": colour}
+
+
+def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
+    run = case(folder / "drive.toml").run("exact", {"output_times": np.linspace(0.0, 15.0, 1501)})
+    road, heave = (1e3 * (run[name] - run[name][0]) for name in ("z_3", "heave"))
+    curves = [_curve("road under axle 3", run.t, road, "#999999"), _curve("hull", run.t, heave, COLOURS[0])]
+    plots.append({"name": "ride", "x": "t in s", "y": "mm", "traces": curves})
+    return plot(len(plots) - 1, "Displacement of road and hull at 20 km/h, one 30 mm shot at 3 s")
+
+
+def _shots(folder: Path, plots: list[dict[str, Any]]) -> str:
+    cases = {"one shot": [1.0], "two, 1.85 s apart": [1.0, 2.85], "two, 1.07 s apart": [1.0, 2.07]}
+    cases["three, 1.85 s apart"] = [1.0, 2.85, 4.7]
+    runs = {
+        name: case(folder / "standing.toml", {"inputs.F.times": times}).run(
+            "exact", {"output_times": np.linspace(0, 10, 801)}
+        )
+        for name, times in cases.items()
+    }
+    found = ["<p>The vehicle stands in its static equilibrium and fires the 12.7 mm gun from t = 1 s on.</p>"]
+    for quantity, title in (("heave", "Displacement of the hull"), ("barrel_end", "Displacement of the barrel's end")):
+        curves = [
+            _curve(name, run.t, 1e3 * (run[quantity] - run[quantity][0]), colour)
+            for (name, run), colour in zip(runs.items(), COLOURS, strict=False)
+        ]
+        plots.append({"name": quantity, "x": "t in s", "y": "mm", "traces": curves})
+        found.append(plot(len(plots) - 1, title))
+    return "\n".join(found)
+
+
+def _claims(claims: list[dict[str, Any]], assumptions: dict[str, str]) -> str:
+    rows = []
+    for each in claims:
+        bounds = (("≥", each["least"]), ("≤", each["most"]))
+        stated = " ".join(f"{sign} {value:g}" for sign, value in bounds if value is not None)
+        stated = f"{each['value']:g}" if each["value"] is not None else stated
+        remark = f" ({each['remark']})" if each["remark"] else ""
+        words = (each["says"] + remark, "words")
+        stated = f"{stated} {each['unit']}".strip()
+        verdict = (each["verdict"], _CLASSES[each["verdict"]])
+        computed = f"{each['computed']:.4g} {each['unit']}".strip()
+        rows.append((each["where"], words, stated, computed, verdict, ", ".join(each["rests_on"])))
+    heads = ("where", "the paper says", "its number", "computed", "verdict", "rests on")
+    said = "".join(f"<li><b>{escape(name)}</b>: {escape(text)}</li>" for name, text in assumptions.items())
+    counts = {verdict: sum(each["verdict"] == verdict for each in claims) for verdict in _CLASSES}
+    total = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    return (
+        f"<p>{len(claims)} claims: {total}.</p>{table(heads, rows, (2, 3), 'cards')}<h3>Assumptions</h3><ul>{said}</ul>"
+    )
+
+
+def _verification() -> str:
+    rows = []
+    for row in verify().rows:
+        counts = row.solution.statistics
+        reported = "" if row.reported is None else str(row.reported)
+        rows.append((row.scheme, counts.steps, row.points, reported, counts.evaluations, f"{row.largest_error:.3g}"))
+    heads = ("scheme", "steps", "points", "the paper", "evaluations", "largest error, m")
+    words = "<p>One axle under a fixed hull (equations 12 and 13), 1 s, against the analytic solution.</p>"
+    return words + table(heads, rows, (1, 2, 3, 4, 5))
+
+
+def _modes() -> str:
+    model = load("m113")
+    rows = []
+    for name in ("as_run_unloaded", "as_run_loaded"):
+        for mode in modes(model, name):
+            shares = sorted(mode.participation.items(), key=lambda item: -item[1])
+            who = ", ".join(f"{who} {share:.0%}" for who, share in shares[:3] if share > 0.05)
+            period = f"{mode.damped_period:.4g}" if mode.oscillating else "–"
+            numbers = (period, f"{mode.natural_frequency / (2 * np.pi):.4g}", f"{mode.damping_ratio:.4g}")
+            rows.append((name.replace("_", " "), *numbers, who))
+    heads = ("parameter set", "damped period, s", "frequency, Hz", "damping ratio", "coordinates that take part")
+    return table(heads, rows, (1, 2, 3))
+
+
+def _main(page: str) -> str:
+    """The main part of a page of equations, its headings two levels down, its anchors kept apart from ours."""
+    found = re.search(r"<main>(.*)</main>", page, re.DOTALL)
+    if found is None:
+        raise ValueError("the page of equations has no main part")
+    body = re.sub(r"<(/?)h3", r"<\1h4", found[1])
+    return re.sub(r'id="', 'id="model-', re.sub(r"<(/?)h2", r"<\1h3", body))

@@ -1,0 +1,91 @@
+"""One HTML page that needs nothing but itself: style, script, data and the plotting library are in it."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from runner.files import written_aside
+
+_HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page: its title, and its content as HTML."""
+
+    title: str
+    content: str
+
+    @property
+    def anchor(self) -> str:
+        """What links point at."""
+        return "".join(c if c.isalnum() else "-" for c in self.title.lower())
+
+
+def write_page(
+    path: Path,
+    title: str,
+    source: str,
+    sections: Sequence[Section],
+    plots: Sequence[Any],
+    ride: Mapping[str, Any] | None,
+) -> Path:
+    """Write the page. plots: what `plot` shows, in order; ride: what is animated, or None. All numbers are finite."""
+    from plotly.offline import get_plotlyjs  # noqa: PLC0415 - slow to import
+
+    contents = "".join(f'<li><a href="#{each.anchor}">{escape(each.title)}</a></li>' for each in sections)
+    main = "\n".join(
+        f'<section aria-labelledby="{each.anchor}"><h2 id="{each.anchor}">{escape(each.title)}</h2>\n'
+        f"{each.content}</section>"
+        for each in sections
+    )
+    data = json.dumps({"plots": list(plots), "ride": ride}, allow_nan=False, separators=(",", ":"))
+    text = Template((_HERE / "page.html").read_text("utf-8")).substitute(
+        title=escape(title),
+        source=escape(source),
+        contents=contents,
+        main=main,
+        data=data.replace("<", "\\u003c"),
+        style=(_HERE / "page.css").read_text("utf-8"),
+        script=(_HERE / "page.js").read_text("utf-8"),
+        plotly=get_plotlyjs().replace("</script", "<\\/script"),
+    )
+    with written_aside(path) as aside:
+        aside.write_text(text, encoding="utf-8")
+    return path
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], numbers: Sequence[int] = (), kind: str = "") -> str:
+    """A table of texts, those of the columns `numbers` to the right; a cell may be (text, class).
+
+    kind: its class; `cards` lists the cells of a row under each other on a narrow screen.
+    """
+    classes = ["number" if k in numbers else "" for k in range(len(heads))]
+    columns = list(zip(heads, classes, strict=True))
+    head = "".join(f'<th scope="col" class="{c}">{escape(text)}</th>' for text, c in columns)
+    body = "".join(
+        "<tr>" + "".join(_cell(cell, text, c) for cell, (text, c) in zip(row, columns, strict=True)) + "</tr>\n"
+        for row in rows
+    )
+    return (
+        f'<div class="wide" tabindex="0"><table class="{kind}"><thead><tr>{head}</tr></thead>\n'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def _cell(cell: Any, head: str, kind: str) -> str:
+    text, own = cell if isinstance(cell, tuple) else (cell, "")
+    return f'<td class="{f"{kind} {own}".strip()}" data-head="{escape(head)}">{escape(str(text))}</td>'
+
+
+def plot(index: int, title: str) -> str:
+    """The place of a plot, with its download."""
+    return (
+        f"<h3>{escape(title)}</h3>\n"
+        f'<div class="plot" data-plot="{index}" role="img" aria-label="{escape(title)}"></div>\n'
+        f'<button type="button" data-download="{index}">Download as CSV</button>\n'
+    )

@@ -1,0 +1,152 @@
+"""The report: one page that needs nothing else, and that works in a browser where there is one."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from runner.report.page import Section, table, write_page
+
+ROOT = Path(__file__).parent.parent
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+WORKED = 'data-ready="yes"'
+
+
+class Reader(HTMLParser):
+    """Collects ids, links, what would be fetched, and whether elements are closed in order."""
+
+    VOID = frozenset(("meta", "link", "img", "input", "br", "hr", "wbr", "path", "circle"))
+
+    def __init__(self):
+        super().__init__(convert_charrefs=True)
+        self.ids, self.links, self.fetched, self.open, self.crossed = [], [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.ids += [found["id"]] if "id" in found else []
+        self.links += [found["href"]] if tag == "a" else []
+        self.fetched += [found["src"]] if "src" in found else []
+        self.fetched += [found["href"]] if tag == "link" else []
+        self.open += [] if tag in self.VOID else [tag]
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        self.open = self.open[:-1] if tag not in self.VOID else self.open
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID and (not self.open or self.open.pop() != tag):
+            self.crossed.append(tag)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    claim = {"name": "a", "where": "3.1", "says": "a <b> & c", "value": 5.0, "least": None, "most": None, "unit": "mm"}
+    claim |= {"rests_on": ["pulse"], "remark": "", "computed": 4.9, "verdict": "rests on an assumption"}
+    (folder / "claims.json").write_text(json.dumps({"claims": [claim]}))
+    command = [
+        sys.executable,
+        "qddot.py",
+        "report",
+        "--claims",
+        folder / "claims.json",
+        "--into",
+        folder / "report.html",
+    ]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "report.html"
+
+
+def browsed(page, place, *options):
+    """The document after five seconds in a browser, and what it said on its console."""
+    if BROWSER is None:
+        pytest.skip("no Chromium here")
+    command = [
+        BROWSER,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--enable-logging=stderr",
+        "--dump-dom",
+        *options,
+    ]
+    command += ["--virtual-time-budget=5000", f"file://{page}{place}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def hull(document):
+    return re.search(r'id="hull" transform="([^"]*)"', document)[1]
+
+
+def test_the_page_is_whole_and_fetches_nothing(page):
+    reader = Reader()
+    reader.feed(page.read_text())
+    assert not reader.crossed
+    assert not reader.open
+    assert not reader.fetched
+    assert len(reader.ids) == len(set(reader.ids))
+    assert {link[1:] for link in reader.links if link.startswith("#")} <= set(reader.ids)
+    assert not [link for link in reader.links if not link.startswith("#")]
+    assert "default-src 'none'" in page.read_text()  # the browser itself refuses any request
+
+
+def test_the_page_says_what_it_was_given(page):
+    text = page.read_text()
+    assert "a &lt;b&gt; &amp; c" in text
+    assert 'class="rests">rests on an assumption' in text
+    assert text.count("<math") > 50
+    for word in ("637", "1.848", "2.012", "barrel end"):
+        assert word in text
+
+
+def test_nothing_in_the_data_ends_the_script(tmp_path):
+    plots = [{"name": "</script><b>", "x": "t", "y": "m", "traces": []}]
+    sections = [Section("A & B", table(("x",), [("<i>",)]))]
+    written = write_page(tmp_path / "page.html", "</title>$x", "me", sections, plots, None).read_text()
+    assert "</script><b>" not in written
+    assert "&lt;/title&gt;$x" in written
+    assert "&lt;i&gt;" in written
+    with pytest.raises(ValueError, match="JSON"):
+        write_page(tmp_path / "page.html", "t", "me", [], [{"y": float("nan")}], None)
+
+
+def test_in_a_browser_the_plots_are_there_and_nothing_is_complained_of(page):
+    document, console = browsed(page, "")
+    assert not console
+    assert WORKED in document
+    assert document.count('class="main-svg"') >= 3
+    assert len(re.findall(r'class="[^"]*\bjs-line\b', document)) >= 10
+
+
+def test_in_a_browser_the_vehicle_moves(page):
+    start, later = (browsed(page, place)[0] for place in ("#t=0", "#t=4.9"))
+    assert hull(start) != hull(later)
+    assert ">4.90 s<" in later
+    playing, console = browsed(page, "#play")
+    assert not console
+    assert ">Pause<" in playing
+    assert hull(playing) != hull(start)
+
+
+def test_on_a_phone_and_in_the_dark_nothing_is_wider_than_the_screen(page, tmp_path):
+    text = page.read_text()
+    check = "document.documentElement.dataset.wide = document.documentElement.scrollWidth > innerWidth;"
+    (tmp_path / "checked.html").write_text(text.replace('.dataset.ready = "yes";', f'.dataset.ready = "yes";{check}'))
+    for options in (("--window-size=500,900",), ("--window-size=500,900", "--blink-settings=preferredColorScheme=0")):
+        document, console = browsed(tmp_path / "checked.html", "", *options)
+        assert 'data-wide="false"' in document
+        assert not console
+
+
+def test_without_claims_the_command_says_what_to_do(tmp_path):
+    command = [sys.executable, "qddot.py", "report", "--claims", tmp_path / "none.json", "--into", tmp_path / "r.html"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 2
+    assert "`qddot paper` writes it" in done.stderr
