@@ -1,8 +1,11 @@
 """What a user waits for: whole commands in processes of their own."""
 
+import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.timing import Timing, interleaved
@@ -11,7 +14,7 @@ ROOT = Path(__file__).parent.parent
 
 
 def groups(quick: bool) -> dict[str, list[Timing]]:
-    """Warm starts of the command line; the first of each, which may compile, is not counted."""
+    """Warm starts of the command line, of which the first, which may compile, is not counted; and cold ones."""
     with tempfile.TemporaryDirectory() as folder:
         commands = {
             "qddot --help": ("--help",),
@@ -20,13 +23,32 @@ def groups(quick: bool) -> dict[str, list[Timing]]:
             "qddot run studies/one_shot.toml": ("run", "studies/one_shot.toml", "--into", folder),
             "the same without the figure": ("run", "studies/one_shot.toml", "--into", folder, "--no-figure"),
         }
-        return {
-            "Warm commands": interleaved(
-                {name: lambda arguments=arguments: _qddot(*arguments) for name, arguments in commands.items()},
-                2 if quick else 5,
-            )
-        }
+        runs = {name: lambda arguments=arguments: _qddot(*arguments) for name, arguments in commands.items()}
+        return {"Warm commands": interleaved(runs, 2 if quick else 5), "Cold commands, once": _cold()}
 
 
-def _qddot(*arguments: str) -> None:
-    subprocess.run([sys.executable, "qddot.py", *arguments], cwd=ROOT, check=True, capture_output=True)
+def _cold() -> list[Timing]:
+    """What a fresh clone waits for, and a changed model, in a copy without caches."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "qddot"
+        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("__pycache__", ".*", "results", "build", "docs"))
+        first = _timed("first qddot run: compiles drivers and kernels", lambda: _qddot(*RUN, cwd=copy))
+        model = copy / "model" / "m113.py"
+        model.write_text(model.read_text("utf-8").replace("M113", "M113, changed", 1), "utf-8")
+        again = _timed("model changed: qddot generate", lambda: _qddot("generate", "m113", cwd=copy))
+        run = _timed("then qddot run: compiles its kernels", lambda: _qddot(*RUN, cwd=copy))
+    return [first, again, run]
+
+
+RUN = ("run", "studies/one_shot.toml")
+
+
+def _timed(name: str, run: Callable[[], None]) -> Timing:
+    start = time.perf_counter()
+    run()
+    seconds = time.perf_counter() - start
+    return Timing(name, seconds, seconds)
+
+
+def _qddot(*arguments: str, cwd: Path = ROOT) -> None:
+    subprocess.run([sys.executable, "qddot.py", *arguments], cwd=cwd, check=True, capture_output=True)
