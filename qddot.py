@@ -9,6 +9,8 @@
 Everything is imported when it is first used, so that `qddot --help` costs nothing.
 """
 
+import gc
+import os
 from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
@@ -273,8 +275,15 @@ def _report(
     print(f"wrote {report(STUDIES / 'paper' / 'paper.toml', claims, equations_page('m113'), into)}")
 
 
+def _start_quickly() -> None:
+    """Spare a command what slows its imports down: looking for garbage there, and starting threads of a BLAS."""
+    gc.set_threshold(200_000)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def main() -> None:
     """Run the command line; what a person gave wrongly ends in one message, never in a traceback."""
+    _start_quickly()
     try:
         app()
     except (ValueError, OSError) as error:

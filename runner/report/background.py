@@ -17,7 +17,7 @@ class Drawing:
     """Starts the process at once; `begin` hands it the curves, `finish` waits for the picture; leaving ends it."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-c", "from runner.report.background import main; main()"]
+        command = [sys.executable, "-c", "import gc; gc.disable(); from runner.report.background import main; main()"]
         root = Path(__file__).parent.parent.parent
         sparing = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
         self._process = subprocess.Popen(command, cwd=root, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
