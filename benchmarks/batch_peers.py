@@ -202,7 +202,7 @@ def diffrax_rk4(drives: Drives, step: float) -> Run:
 
     jax.config.update("jax_enable_x64", True)
     accelerations = _lambdified("jax", drives.places)
-    tableau = diffrax.ButcherTableau(
+    coefficients = diffrax.ButcherTableau(
         a_lower=(np.array([0.5]), np.array([0.0, 0.5]), np.array([0.0, 0.0, 1.0])),
         b_sol=np.array([1, 2, 2, 1]) / 6,
         b_error=np.zeros(4),
@@ -210,13 +210,11 @@ def diffrax_rk4(drives: Drives, step: float) -> Run:
     )
 
     class RK4(diffrax.AbstractERK):  # type: ignore[name-defined,misc]
-        tableau = None
-        interpolation_cls = diffrax.LocalLinearInterpolation
+        tableau = coefficients
+        interpolation_cls = diffrax.ThirdOrderHermitePolynomialInterpolation.from_k
 
         def order(self, terms: Any) -> int:
             return 4
-
-    RK4.tableau = tableau
 
     def derivative(t: Any, x: Any, args: Any) -> Any:
         speed, shot, inverse = args
