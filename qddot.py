@@ -266,13 +266,13 @@ def _paper(
 def _report(
     claims: Annotated[Path, typer.Option(help="What `qddot paper` wrote.")] = Path("results/paper/claims.json"),
     into: Annotated[Path, typer.Option(help="The page to write.")] = Path("results/paper/report.html"),
+    pdf: Annotated[bool, typer.Option(help="Print it as PDF, too, where a browser is installed.")] = True,
 ) -> None:
-    """Write the report of the M113 paper: one HTML page with equations, claims, plots and an animation."""
+    """Write the report of the M113 paper: one HTML page with equations, claims, plots and an animation; and as PDF."""
     from codegen.command import equations_page
-    from runner.command import STUDIES
-    from runner.paper.report import report
+    from runner.paper.command import write_report
 
-    print(f"wrote {report(STUDIES / 'paper' / 'paper.toml', claims, equations_page('m113'), into)}")
+    write_report(claims, equations_page("m113"), into, pdf)
 
 
 def _start_quickly() -> None:

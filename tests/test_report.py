@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -11,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from runner.report.page import Section, table, write_page
+from runner.report.pdf import browser, print_page
 
 ROOT = Path(__file__).parent.parent
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+BROWSER = browser()
 WORKED = 'data-ready="yes"'
 
 
@@ -151,3 +151,16 @@ def test_without_claims_the_command_says_what_to_do(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 2
     assert "`qddot paper` writes it" in done.stderr
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser is installed")
+def test_the_page_is_printed_as_pdf(page, tmp_path):
+    printed = print_page(BROWSER, page, tmp_path / "report.pdf").read_bytes()
+    assert printed.startswith(b"%PDF") and len(re.findall(rb"/Type\s*/Page\b", printed)) >= 3
+    assert [each.name for each in tmp_path.iterdir()] == ["report.pdf"]
+
+
+def test_a_browser_that_fails_is_named(tmp_path):
+    with pytest.raises(OSError, match="false did not print"):
+        print_page("/bin/false", tmp_path / "page.html", tmp_path / "report.pdf")
+    assert not list(tmp_path.iterdir())

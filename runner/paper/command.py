@@ -11,9 +11,12 @@ from runner.files import written_aside
 from runner.paper.reproduce import Reproduction, reproduce
 from runner.paper.tables import cheapest_table, claims_table, notes, records, speeds_table
 from runner.paper.verification import Verification, verify
+from runner.report.pdf import BROWSERS, browser, print_page
 from runner.report.progress import late_bar
 from runner.report.tables import plain_table
 
+#: Settings and claims of the paper.
+PAPER = Path(__file__).parent.parent.parent / "studies" / "paper" / "paper.toml"
 #: What the paper ran, whose claims are checked, and what it printed, which is shown beside it.
 RUN, PRINTED = "as_run", "as_printed"
 
@@ -96,3 +99,16 @@ def _tell(found: Reproduction, written: list[Path], into: Path) -> None:
         console.print(note, highlight=False)
     for file in (*written, *draw_all(found, into)):
         console.print(f"wrote {file}", highlight=False, soft_wrap=True)
+
+
+def write_report(claims_file: Path, equations: str, into: Path, as_pdf: bool) -> None:
+    """Write the report as HTML and, where a browser is installed, as PDF. equations: the model's, as an HTML page."""
+    from runner.paper.report import report  # noqa: PLC0415 - integrates, which `qddot paper` need not wait for
+
+    page = report(PAPER, claims_file, equations, into)
+    print(f"wrote {page}")
+    program = browser() if as_pdf else None
+    if program is not None:
+        print(f"wrote {print_page(program, page, page.with_suffix('.pdf'))}")
+    elif as_pdf:
+        print(f"no PDF: none of {', '.join(BROWSERS)} is installed")
