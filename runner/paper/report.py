@@ -58,7 +58,7 @@ def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
     road, heave = (1e3 * (run[name] - run[name][0]) for name in ("z_3", "heave"))
     curves = [_curve("road under axle 3", run.t, road, "#999999"), _curve("hull", run.t, heave, COLOURS[0])]
     plots.append({"name": "ride", "x": "t in s", "y": "mm", "traces": curves})
-    return plot(len(plots) - 1, "Displacement of road and hull at 20 km/h, one 30 mm shot at 3 s")
+    return plot(len(plots) - 1, "The same ride with one shot only, at 3 s: displacement of road and hull")
 
 
 def _shots(folder: Path, plots: list[dict[str, Any]]) -> str:
