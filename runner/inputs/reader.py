@@ -1,6 +1,6 @@
 """Reading all input channels at a time: the pieces of the moment as one cubic plus one sine a channel, in SIMD.
 
-A reader holds what its channels are between two breakpoints: a window of time, and in rows of `width` the coefficients
+A reader holds what its channels are between two breakpoints: a window of time, and in groups of eight the coefficients
 in local time. While the time stays within the window, reading takes no search and no division, and the loop over the
 channels is one the compiler turns into vector instructions.
 """
