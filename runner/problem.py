@@ -44,6 +44,7 @@ class Problem:
     initial_state (n_states,), constants (n_constants,), inputs: the channels rhs reads, at least `n_inputs` of them.
     mass_matrix (n_states, n_states): where given, mass_matrix x' = rhs; it may be singular (stiff methods only).
     linear: the kernel that gives A and B of a linear right-hand side (exact propagation only).
+    by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     """
 
     rhs: Any
@@ -57,6 +58,7 @@ class Problem:
     jacobian: Any = None
     mass_matrix: NDArray[np.float64] | None = None
     linear: Any = None
+    by_item: bool = False
 
 
 @dataclass(frozen=True, eq=False)

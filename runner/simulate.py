@@ -107,6 +107,7 @@ def prepare(
         state_names=model.state_names,
         jacobian=model.kernel("jacobian") if chosen.stiff else None,
         linear=_linear(model, chosen) if chosen.family == "exact" else None,
+        by_item=True,
     )
     return Simulation(_subject(model, p), problem, chosen, settings)
 

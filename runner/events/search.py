@@ -3,8 +3,9 @@
 import numpy as np
 
 from runner.compiled import compiled
+from runner.explicit.slopes import constants, input_values, look_up
 from runner.explicit.step import interpolate
-from runner.explicit.workspace import NEW, WITHIN, constants, input_values, look_up, states
+from runner.explicit.workspace import NEW, WITHIN, states
 from runner.memory import LEAN, floats, integers, layout
 from runner.pointers import call_event, call_kernel
 

@@ -19,8 +19,9 @@ from runner.explicit.controller import (
     norm,
     scale,
 )
+from runner.explicit.slopes import settle, slope
 from runner.explicit.step import evaluate_next_slope, interpolate, take_step
-from runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, block, copy, settle, slope
+from runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, block, copy
 from runner.memory import BLOCK, LEAN, floats
 from runner.problem import Status
 

@@ -12,7 +12,8 @@ An error is scaled so that a step is good where it does not exceed 1.
 import numpy as np
 
 from runner.compiled import compiled
-from runner.explicit.workspace import ATOL, BLOCK_SIZE, ERROR, K0, NEW, SCALED, STAGE, Y, block, copy, look_up, slope
+from runner.explicit.slopes import look_up, slope
+from runner.explicit.workspace import ATOL, BLOCK_SIZE, ERROR, K0, NEW, SCALED, STAGE, Y, block, copy
 from runner.memory import BLOCK, LEAN, floats, layout, record
 
 MATLAB, STANDARD, PI = range(3)

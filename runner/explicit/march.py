@@ -7,8 +7,10 @@ output time is split there; the last step lands on t1.
 import numpy as np
 
 from runner.compiled import compiled
+from runner.explicit.slopes import look_up, settle, slope
 from runner.explicit.step import evaluate_stages
-from runner.explicit.workspace import K0, NEW, Y, block, combine, copy, gather, look_up, settle, slope
+from runner.explicit.sums import any_beyond, copy_items
+from runner.explicit.workspace import BLOCK_SIZE, K0, NEW, Y, block, combine_with_latest, copy, gather
 from runner.memory import BLOCK, LEAN, floats, integers, layout
 from runner.problem import Status
 
@@ -35,10 +37,10 @@ def advance(space, tableau, march, most_steps):
         target = next_target(march)
         take_step(space, tableau, march, target - march.now)
         march.steps += 1
-        if outside(space, march.limit) > 0:
+        if diverged(space, march.limit):
             march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
             return NON_FINITE
-        copy(space, NEW, Y)
+        accept(space)
         status = land(space, march, target)
         if status != RUNNING:
             return status
@@ -64,7 +66,7 @@ def next_target(march):
     return stop if stop <= grid + SNAP * march.step else grid
 
 
-@compiled(**LEAN)
+@compiled(**LEAN, forceinline=True)
 def take_step(space, tableau, march, h):
     """From Y at march.now: the slopes and NEW, a step h on."""
     t = march.now
@@ -74,11 +76,11 @@ def take_step(space, tableau, march, h):
         look_up(space, t, h, 0.0)
     slope(space, t, Y, K0)
     evaluate_stages(space, tableau, t, h, np.int64(1), tableau.stages)
-    combine(space, h, Y, tableau.b, tableau.stages, NEW)
+    combine_with_latest(space, h, Y, tableau.b, tableau.stages, NEW)
     march.known = floats(tableau.c, tableau.stages)[tableau.stages - 1] == 1.0
 
 
-@compiled(**LEAN)
+@compiled(**LEAN, forceinline=True)
 def land(space, march, target):
     """Make `target` the present time, and save the state if it is to be saved; returns a status."""
     at_stop = next_stop(march) <= target
@@ -105,15 +107,22 @@ def save(space, march):
         march.saved = place + 1
 
 
-@compiled(**LEAN)
-def outside(space, limit):
-    """How many new states are larger than the limit or not a number."""
-    count = 0
+@compiled(**LEAN, forceinline=True)
+def accept(space):
+    """The new state becomes the state."""
+    if space.direct:
+        copy_items(space.work + 8 * NEW, space.work + 8 * Y, space.n)
+    else:
+        copy(space, NEW, Y)
+
+
+@compiled(**LEAN, forceinline=True)
+def diverged(space, limit):
+    """Whether a new state is larger than the limit or not a number."""
+    beyond = False
     for b in range(space.blocks):
-        w = block(space, b)
-        for m in range(BLOCK):
-            count += not abs(w[NEW + m]) <= limit
-    return count
+        beyond |= any_beyond(space.work + 8 * (BLOCK_SIZE * b + NEW), limit)
+    return beyond
 
 
 @compiled(**LEAN)

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner.compiled import compiled
+from runner.explicit.slopes import look_up, look_up_moving, slope, slope_by_arrays
+from runner.explicit.stage import call_stage
+from runner.explicit.sums import sum_slopes
 from runner.explicit.tableau import ButcherTableau
 from runner.explicit.tableau_adaptive import EmbeddedPair
 from runner.explicit.workspace import (
@@ -20,9 +23,7 @@ from runner.explicit.workspace import (
     ZERO,
     Y,
     combine,
-    copy,
-    look_up,
-    slope,
+    combine_with_latest,
 )
 from runner.memory import BLOCK, LEAN, address, floats, layout, record
 
@@ -31,30 +32,59 @@ ROW = 8 * MOST_STAGES
 
 
 #: Fields of an embedded pair: addresses of its coefficients in rows of MOST_STAGES, and its numbers. A: a row for each
-#: stage, those of dense output included; b; c; E: a row for each estimate; P: a row for each power of theta; weights:
-#: room for a row. stages of a step, all_stages, next_slope: the stage that is the next step's first.
-PAIR = layout("A b c E P weights stages all_stages next_slope estimates degree")
+#: stage, those of dense output included; b; c; depth: how far back from a stage the first slope lies that it needs; E:
+#: a row for each estimate; P: a row for each power of theta; weights: room for a row. stages of a step, all_stages,
+#: next_slope: the stage that is the next step's first.
+PAIR = layout("A b c depth E P weights stages all_stages next_slope estimates degree")
 
 
 @compiled(**LEAN)
 def evaluate_stages(space, pair, t, h, first, last):
     """Slopes of the stages first to last - 1, from the row Y and the slopes before."""
+    if space.direct:
+        evaluate_directly(space, pair, t, h, first, last)
+        return
     c = floats(pair.c, MOST_STAGES)
     for i in range(first, last):
         combine(space, h, Y, pair.A + ROW * i, i, STAGE)
         if i == first or c[i] != c[i - 1]:
             look_up(space, t, h, c[i])
-        slope(space, t + c[i] * h, STAGE, K0 + BLOCK * i)
+        slope_by_arrays(space, t + c[i] * h, STAGE, K0 + BLOCK * i)
+
+
+@compiled(**LEAN, forceinline=True)
+def evaluate_directly(space, pair, t, h, first, last):
+    """`evaluate_stages` where one block holds all states and the kernel works there."""
+    y, stage, slopes = space.work + 8 * Y, space.work + 8 * STAGE, space.work + 8 * K0
+    rhs, u, constants = space.rhs, space.u, space.constants
+    steady = space.steady != 0
+    weights, target = pair.A + ROW * first, slopes + 8 * BLOCK * first
+    c, depth = pair.c + 8 * first, pair.depth + 8 * first
+    for i in range(first, last):
+        at = floats(c, 1)[0]
+        if not (steady or (i > first and at == floats(c - 8, 1)[0])):
+            look_up_moving(space, t, h, at)
+        base = y
+        if i > 1 and floats(depth, 1)[0] > 1.0:
+            sum_slopes(y, h, weights, i - 1, slopes, stage)
+            base = stage
+        last_weight = floats(weights, MOST_STAGES)[i - 1]
+        call_stage(rhs, t + at * h, base, target - 8 * BLOCK, last_weight * h, u, constants, target)
+        weights, target, c, depth = weights + ROW, target + 8 * BLOCK, c + 8, depth + 8
 
 
 @compiled(**LEAN)
 def take_step(space, pair, t, h):
     """From Y and slope 0 at t: NEW, the slopes and the error estimates of the step to t + h."""
-    evaluate_stages(space, pair, t, h, np.int64(1), pair.stages)
     if pair.next_slope < pair.stages:
-        copy(space, STAGE, NEW)
+        evaluate_stages(space, pair, t, h, np.int64(1), pair.next_slope)
+        combine_with_latest(space, h, Y, pair.A + ROW * pair.next_slope, pair.next_slope, NEW)
+        if floats(pair.c, MOST_STAGES)[pair.next_slope - 1] != 1.0:
+            look_up(space, t, h, 1.0)
+        slope(space, t + h, NEW, K0 + BLOCK * pair.next_slope)
     else:
-        combine(space, h, Y, pair.b, pair.stages, NEW)
+        evaluate_stages(space, pair, t, h, np.int64(1), pair.stages)
+        combine_with_latest(space, h, Y, pair.b, pair.stages, NEW)
     combine(space, h, ZERO, pair.E, pair.stages, ERROR)
     if pair.estimates > 1:
         combine(space, h, ZERO, pair.E + ROW, pair.stages, ERROR_2)
@@ -93,7 +123,15 @@ def interpolate(space, pair, theta, h):
 def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
     """The coefficients as the compiled step reads them, and the array that holds them."""
     A, P, E = pair.dense.A, pair.dense.P.T, pair.error_weights
-    rows = {"A": A, "b": pair.tableau.b[None], "c": pair.dense.c[None], "E": E, "P": P, "weights": np.zeros((1, 1))}
+    rows = {
+        "A": A,
+        "b": pair.tableau.b[None],
+        "c": pair.dense.c[None],
+        "depth": _depth(A),
+        "E": E,
+        "P": P,
+        "weights": np.zeros((1, 1)),
+    }
     table, places = _table(rows)
     return record(
         PAIR,
@@ -108,8 +146,14 @@ def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
 
 def tableau_for(tableau: ButcherTableau) -> tuple[np.void, NDArray[np.float64]]:
     """The same of a tableau without error estimate and dense output."""
-    table, places = _table({"A": tableau.A, "b": tableau.b[None], "c": tableau.c[None]})
+    rows = {"A": tableau.A, "b": tableau.b[None], "c": tableau.c[None], "depth": _depth(tableau.A)}
+    table, places = _table(rows)
     return record(PAIR, **places, stages=tableau.stages, all_stages=tableau.stages), table
+
+
+def _depth(A: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far back from each stage the first slope lies that it needs, 0 where it needs none: (1, stages)."""
+    return np.array([[i - np.flatnonzero(row)[0] if row.any() else 0 for i, row in enumerate(A)]], dtype=np.float64)
 
 
 def _table(blocks: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.float64], dict[str, int]]:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.inputs.reader import CONSTANT, TO, read, reader_for
-from runner.inputs.signal import InputTable
-from runner.memory import BLOCK, LEAN, VIEW, address, floats, integers, layout, matrix, record, weighted_sum, writable
-from runner.pointers import call_kernel, pointer
+from runner.explicit.stage import STAGE_KERNEL, stage_kernel
+from runner.explicit.sums import add_latest, sum_slopes
+from runner.inputs.reader import reader_for
+from runner.memory import BLOCK, LEAN, VIEW, address, floats, layout, record, writable
+from runner.pointers import pointer
 from runner.problem import Problem
 
 MOST_STAGES = 16
@@ -24,16 +25,12 @@ MOST_STAGES = 16
 #: a function again for every literal int that it is called with.
 ZERO, Y, NEW, STAGE, ERROR, ERROR_2, SCALED, ATOL, WITHIN, K0 = np.arange(0, 10 * BLOCK, BLOCK)
 BLOCK_SIZE = K0 + MOST_STAGES * BLOCK
-#: Inputs of a stage are looked up at least this part of a step inside the step: the limit from within at a jump.
-SIDE = 1e-6
-
-
 #: Fields of a space, what a step reads and writes: addresses (see `memory`, `pointers`) and lengths. rhs; work
 #: (blocks*BLOCK_SIZE,); x, dx (n,) for models larger than a block; constants (n_constants,); u (channels,); reader
 #: (reader_size,);
 #: pieces to order as in `InputTable`; steady: not 0 while all inputs are constant.
 SPACE = layout(
-    "rhs work n blocks x dx constants n_constants n_inputs channels u reader reader_size steady "
+    "rhs direct work n blocks x dx constants n_constants n_inputs channels u reader reader_size steady "
     "pieces n_pieces first last rate offset order"
 )
 
@@ -65,9 +62,30 @@ def scatter(space, x, row):
 @compiled(**LEAN)
 def combine(space, h, base, weights, count, target):
     """Row `target` = row `base` + h * sum of weights[j] * slope j, j < count; weights an address."""
-    for b in range(space.blocks):
+    w = space.work
+    sum_slopes(w + 8 * base, h, weights, count, w + 8 * K0, w + 8 * target)
+    if space.blocks > 1:
+        combine_others(space, h, base, weights, count, target)
+
+
+@compiled(**LEAN)
+def combine_others(space, h, base, weights, count, target):
+    """`combine`, of the blocks after the first."""
+    for b in range(1, space.blocks):
         w = space.work + 8 * BLOCK_SIZE * b
-        weighted_sum(w + 8 * base, h, weights, count, w + 8 * K0, w + 8 * target)
+        sum_slopes(w + 8 * base, h, weights, count, w + 8 * K0, w + 8 * target)
+
+
+@compiled(**LEAN, forceinline=True)
+def combine_with_latest(space, h, base, weights, count, target):
+    """`combine` where the last of these slopes has just been evaluated."""
+    if space.direct:
+        w = space.work
+        sum_slopes(w + 8 * base, h, weights, count - 1, w + 8 * K0, w + 8 * target)
+        last = floats(weights, MOST_STAGES)[count - 1]
+        add_latest(w + 8 * target, h * last, w + 8 * (K0 + BLOCK * (count - 1)), space.n)
+    else:
+        combine(space, h, base, weights, count, target)
 
 
 @compiled(**LEAN)
@@ -86,70 +104,11 @@ def states(space, row):
     return x
 
 
-@compiled(**VIEW)
-def input_values(space):
-    """The input vector u, (channels,)."""
-    return floats(space.u, space.channels)
-
-
-@compiled(**VIEW)
-def constants(space):
-    """The constants c, (n_constants,)."""
-    return floats(space.constants, space.n_constants)
-
-
-@compiled(**VIEW)
-def input_table(space):
-    """The inputs as `evaluate` takes them; the breakpoints are the plan's matter."""
-    count = space.channels
-    return InputTable(
-        matrix(space.pieces, space.n_pieces, 8),
-        integers(space.first, count),
-        integers(space.last, count),
-        floats(space.rate, count),
-        floats(space.offset, count),
-        integers(space.order, count),
-        floats(space.rate, 0),
-    )
-
-
-@compiled(**LEAN)
-def look_up(space, t, h, c):
-    """Look the inputs up at t + c*h of the step from t to t + h."""
-    if space.n_inputs > 0 and space.steady == 0:
-        side = t + min(max(c, SIDE), 1.0 - SIDE) * h
-        reader = floats(space.reader, space.reader_size)
-        read(input_table(space), reader, t + c * h, side, space.n_inputs, input_values(space))
-
-
-@compiled(**LEAN)
-def settle(space, t, h):
-    """Find out whether the inputs are constant from t to t + h, where no breakpoint lies between, and look them up."""
-    space.steady = 0
-    look_up(space, t, h, 0.0)
-    reader = floats(space.reader, space.reader_size)
-    space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > t + (1.0 - SIDE) * h)
-
-
-@compiled(**LEAN)
-def slope(space, t, source, target):
-    """The row `target` = rhs(t, row `source`), with the inputs as they stand in u."""
-    u, c = input_values(space), constants(space)
-    if space.blocks == 1:
-        call_kernel(
-            space.rhs, t, floats(space.work + 8 * source, space.n), u, c, floats(space.work + 8 * target, space.n)
-        )
-    else:
-        x, dx = floats(space.x, space.n), floats(space.dx, space.n)
-        gather(space, source, x)
-        call_kernel(space.rhs, t, x, u, c, dx)
-        scatter(space, dx, target)
-
-
 def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dict[str, NDArray[Any]]]:
     """A space with the initial state and the absolute tolerances (scalar or (n,)), and the arrays it points into."""
     n = len(problem.initial_state)
     blocks = max(1, -(-n // BLOCK))
+    direct = problem.by_item and blocks == 1
     inputs = problem.inputs
     arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
     arrays |= {
@@ -161,7 +120,8 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
         "reader": reader_for(inputs),
     }
     numbers = {
-        "rhs": pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs"),
+        "rhs": _rhs(problem.rhs, direct),
+        "direct": int(direct),
         "n": n,
         "blocks": blocks,
         "n_constants": len(problem.constants),
@@ -172,6 +132,10 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
     }
     places = {name: address(array) for name, array in arrays.items() if name != "breakpoints"}
     return record(SPACE, **numbers, **places), arrays
+
+
+def _rhs(rhs: Any, direct: bool) -> int:
+    return pointer(stage_kernel(rhs), STAGE_KERNEL, "rhs") if direct else pointer(rhs, abi.VECTOR_KERNEL, "rhs")
 
 
 def _initial_work(x: NDArray[np.float64], atol: NDArray[np.float64], blocks: int) -> NDArray[np.float64]:

@@ -48,6 +48,7 @@ def _problem(task: "Task", run: int) -> Problem:
         n_inputs=model.tables.rhs_inputs,
         state_names=model.state_names,
         jacobian=model.kernel("jacobian") if task.method.stiff else None,
+        by_item=True,
     )
 
 

@@ -7,7 +7,7 @@ from numba.extending import intrinsic
 
 from runner.abi import MATRIX_KERNEL
 from runner.compiled import compiled
-from runner.explicit.workspace import constants, input_table, input_values
+from runner.explicit.slopes import constants, input_table, input_values
 from runner.inputs.reader import read
 from runner.memory import LEAN, floats, integers
 from runner.pointers import call_kernel, caller

@@ -1,0 +1,88 @@
+"""Slopes: the right-hand side at a row of the workspace, with the inputs of the time."""
+
+from runner.compiled import compiled
+from runner.explicit.stage import call_stage
+from runner.explicit.workspace import gather, scatter
+from runner.inputs.reader import CONSTANT, TO, read
+from runner.inputs.signal import InputTable
+from runner.memory import LEAN, VIEW, floats, integers, matrix
+from runner.pointers import call_kernel
+
+#: Inputs of a stage are looked up at least this part of a step inside the step: the limit from within at a jump.
+SIDE = 1e-6
+
+
+@compiled(**VIEW)
+def input_values(space):
+    """The input vector u, (channels,)."""
+    return floats(space.u, space.channels)
+
+
+@compiled(**VIEW)
+def constants(space):
+    """The constants c, (n_constants,)."""
+    return floats(space.constants, space.n_constants)
+
+
+@compiled(**VIEW)
+def input_table(space):
+    """The inputs as `evaluate` takes them; the breakpoints are the plan's matter."""
+    count = space.channels
+    return InputTable(
+        matrix(space.pieces, space.n_pieces, 8),
+        integers(space.first, count),
+        integers(space.last, count),
+        floats(space.rate, count),
+        floats(space.offset, count),
+        integers(space.order, count),
+        floats(space.rate, 0),
+    )
+
+
+@compiled(**LEAN)
+def look_up(space, t, h, c):
+    """Look the inputs up at t + c*h of the step from t to t + h."""
+    if space.steady == 0:
+        look_up_moving(space, t, h, c)
+
+
+@compiled(**LEAN)
+def look_up_moving(space, t, h, c):
+    """`look_up` of inputs that are not constant."""
+    if space.n_inputs > 0:
+        side = t + min(max(c, SIDE), 1.0 - SIDE) * h
+        reader = floats(space.reader, space.reader_size)
+        read(input_table(space), reader, t + c * h, side, space.n_inputs, input_values(space))
+
+
+@compiled(**LEAN)
+def settle(space, t, h):
+    """Find out whether the inputs are constant from t to t + h, where no breakpoint lies between, and look them up."""
+    space.steady = 0
+    look_up(space, t, h, 0.0)
+    reader = floats(space.reader, space.reader_size)
+    space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > t + (1.0 - SIDE) * h)
+
+
+@compiled(**LEAN, forceinline=True)
+def slope(space, t, source, target):
+    """The row `target` = rhs(t, row `source`), with the inputs as they stand in u."""
+    if space.direct:
+        w = space.work
+        call_stage(space.rhs, t, w + 8 * source, w, 0.0, space.u, space.constants, w + 8 * target)
+    else:
+        slope_by_arrays(space, t, source, target)
+
+
+@compiled(**LEAN)
+def slope_by_arrays(space, t, source, target):
+    """`slope` of a model larger than a block, or of a kernel that wants arrays."""
+    u, c = input_values(space), constants(space)
+    if space.blocks == 1:
+        w = space.work
+        call_kernel(space.rhs, t, floats(w + 8 * source, space.n), u, c, floats(w + 8 * target, space.n))
+        return
+    x, dx = floats(space.x, space.n), floats(space.dx, space.n)
+    gather(space, source, x)
+    call_kernel(space.rhs, t, x, u, c, dx)
+    scatter(space, dx, target)

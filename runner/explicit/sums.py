@@ -1,0 +1,117 @@
+"""Sums over the rows of a workspace, in registers of 256 bits.
+
+What follows a sum is the kernel, which reads the states one by one. An RK4 step of the M113, measured on a Xeon in a
+loop of nothing else: 145 ns with 512 bits, because single states come slowly out of a store that wide, and because the
+latest slopes, stored one by one, make a wide load wait; 128 ns with 256 bits; 91 ns where the latest slopes too are
+read one by one.
+"""
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+
+from runner.memory import BLOCK, intrinsic
+
+_WIDTH = 4
+_SCALAR, _INTEGER = ir.DoubleType(), ir.IntType(64)
+_VECTOR = ir.VectorType(_SCALAR, _WIDTH)
+
+
+def _at(builder: Any, address: Any, item: int, kind: Any) -> Any:
+    """A pointer to the item at an address."""
+    return builder.inttoptr(builder.add(address, _INTEGER(8 * item)), kind.as_pointer())
+
+
+def _splat(builder: Any, value: Any) -> Any:
+    undefined, zero = ir.Constant(_VECTOR, ir.Undefined), ir.Constant(ir.IntType(32), 0)
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), _WIDTH), [0] * _WIDTH)
+    return builder.shuffle_vector(builder.insert_element(undefined, value, zero), undefined, mask)
+
+
+def _multiply_add(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    return builder.fadd(builder.fmul(a, b, flags=("contract",)), c, flags=("contract",))
+
+
+def _vectors(builder: Any, address: Any) -> list[Any]:
+    """The BLOCK floats at an address."""
+    return [builder.load(_at(builder, address, i, _VECTOR), align=8) for i in range(0, BLOCK, _WIDTH)]
+
+
+@intrinsic
+def sum_slopes(typing_context: Any, base: Any, h: Any, weights: Any, count: Any, slopes: Any, target: Any) -> Any:
+    """target[m] = base[m] + h * sum_j weights[j] * slopes[BLOCK*j + m] for j < count, m < BLOCK.
+
+    All are addresses but h and count.
+    """
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        base, factor, weights, length, slopes, target = arguments
+        zero = ir.Constant(_VECTOR, [0.0] * _WIDTH)
+        totals = [cgutils.alloca_once_value(builder, zero) for _ in range(BLOCK // _WIDTH)]
+        with cgutils.for_range(builder, length, intp=_INTEGER) as loop:
+            where = builder.add(weights, builder.mul(loop.index, _INTEGER(8)))
+            weight = _splat(builder, builder.load(_at(builder, where, 0, _SCALAR)))
+            row = builder.add(slopes, builder.mul(loop.index, _INTEGER(8 * BLOCK)))
+            for total, slope in zip(totals, _vectors(builder, row), strict=True):
+                builder.store(_multiply_add(builder, weight, slope, builder.load(total)), total)
+        h = _splat(builder, factor)
+        for i, (total, start) in enumerate(zip(totals, _vectors(builder, base), strict=True)):
+            value = _multiply_add(builder, h, builder.load(total), start)
+            builder.store(value, _at(builder, target, _WIDTH * i, _VECTOR), align=8)
+        return context.get_dummy_value()
+
+    address = types.int64
+    return types.void(address, types.float64, address, address, address, address), emit
+
+
+@intrinsic
+def add_latest(typing_context: Any, row: Any, factor: Any, slope: Any, count: Any) -> Any:
+    """row[m] += factor * slope[m] for m < count, item by item, the slope having just been written that way."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row, factor, slope, length = arguments
+        with cgutils.for_range(builder, length, intp=_INTEGER) as loop:
+            offset = builder.mul(loop.index, _INTEGER(8))
+            place = _at(builder, builder.add(row, offset), 0, _SCALAR)
+            # An atomic load stays what it is: LLVM does not join it with its neighbours.
+            fresh = builder.load_atomic(_at(builder, builder.add(slope, offset), 0, _SCALAR), "unordered", 8)
+            builder.store(_multiply_add(builder, factor, fresh, builder.load(place)), place)
+        return context.get_dummy_value()
+
+    address = types.int64
+    return types.void(address, types.float64, address, types.int64), emit
+
+
+@intrinsic
+def copy_items(typing_context: Any, source: Any, target: Any, count: Any) -> Any:
+    """target[m] = source[m] for m < count, item by item, as the source has just been written."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        source, target, length = arguments
+        with cgutils.for_range(builder, length, intp=_INTEGER) as loop:
+            offset = builder.mul(loop.index, _INTEGER(8))
+            value = builder.load_atomic(_at(builder, builder.add(source, offset), 0, _SCALAR), "unordered", 8)
+            builder.store(value, _at(builder, builder.add(target, offset), 0, _SCALAR))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64), emit
+
+
+@intrinsic
+def any_beyond(typing_context: Any, row: Any, limit: Any) -> Any:
+    """Whether one of the BLOCK floats at an address is larger than the limit, or not a number."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row, limit = arguments
+        bound, integers = _splat(builder, limit), ir.VectorType(_INTEGER, _WIDTH)
+        without_sign = ir.Constant(integers, [2**63 - 1] * _WIDTH)
+        beyond = ir.Constant(ir.VectorType(ir.IntType(1), _WIDTH), [0] * _WIDTH)
+        for values in _vectors(builder, row):
+            size = builder.bitcast(builder.and_(builder.bitcast(values, integers), without_sign), _VECTOR)
+            beyond = builder.or_(beyond, builder.fcmp_unordered(">", size, bound))
+        none = ir.Constant(ir.IntType(_WIDTH), 0)
+        return builder.icmp_unsigned("!=", builder.bitcast(beyond, none.type), none)
+
+    return types.boolean(types.int64, types.float64), emit

@@ -1,0 +1,75 @@
+"""A kernel compiled for the state of a stage, y + factor * k, gives what it gives for the sum itself."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numba import njit
+
+import qddot
+from runner.explicit.stage import STAGE_KERNEL, call_stage, stage_kernel
+from runner.explicit.sums import add_latest, any_beyond, copy_items, sum_slopes
+from runner.memory import BLOCK, address
+from runner.pointers import pointer
+
+numbers = st.floats(-2, 2)
+
+
+@njit
+def at_stage(kernel, t, y, k, factor, u, c, dx):
+    call_stage(kernel, t, y, k, factor, u, c, dx)
+
+
+@pytest.mark.parametrize("name", ["m113", "double_pendulum"])
+@settings(max_examples=30, deadline=None)
+@given(data=st.data())
+def test_a_kernel_sums_the_state_of_a_stage_by_itself(name, data):
+    model = qddot.load(name)
+    n, c = len(model.state_names), model.constants(model.parameter_values())
+    y, k = (data.draw(arrays(np.float64, n, elements=numbers)) for _ in range(2))
+    factor, u = data.draw(numbers), np.linspace(-1, 1, 11)
+    expected, found = np.empty(n), np.empty(n)
+    model.kernel("rhs")(0.0, y + factor * k, u, c, expected)
+    kernel = pointer(stage_kernel(model.kernel("rhs")), STAGE_KERNEL, name)
+    at_stage(kernel, 0.0, address(y), address(k), factor, address(u), address(c), address(found))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+@njit
+def sums(base, h, weights, count, slopes, target, n):
+    sum_slopes(base, h, weights, count, slopes, target)
+    add_latest(target, h, slopes + 8 * BLOCK * count, n)
+
+
+@njit
+def beyond(row, limit):
+    return any_beyond(row, limit)
+
+
+@njit
+def copied(source, target, count):
+    copy_items(source, target, count)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 6), st.integers(1, BLOCK), st.integers(0, 2**32 - 1))
+def test_sums_over_slopes_are_those_of_numpy(count, n, seed):
+    rng = np.random.default_rng(seed)
+    base, weights, slopes = rng.normal(size=BLOCK), rng.normal(size=count), rng.normal(size=(count + 1, BLOCK))
+    target = np.full(BLOCK, np.nan)
+    sums(address(base), 0.3, address(weights), count, address(slopes), address(target), n)
+    expected = base + 0.3 * weights @ slopes[:count]
+    expected[:n] += 0.3 * slopes[count, :n]
+    np.testing.assert_allclose(target, expected, rtol=1e-12, atol=1e-13)
+    copied(address(target), address(base), n)
+    assert (base[:n] == target[:n]).all()
+
+
+@pytest.mark.parametrize("value", [7.1, -7.1, np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize("place", [0, 5, BLOCK - 1])
+def test_a_value_beyond_the_limit_is_seen_wherever_it_stands(value, place):
+    row = np.linspace(-7, 7, BLOCK)
+    assert not beyond(address(row), 7.0)
+    row[place] = value
+    assert beyond(address(row), 7.0)
