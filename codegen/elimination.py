@@ -47,13 +47,7 @@ def factorize(mass: Mapping[tuple[int, int], Any], n: int, name: Name) -> Factor
     scaled: dict[tuple[int, int], Any] = {}  # L[k, j] * D[j]
     lower: dict[tuple[int, int], Any] = {}
     inverse: list[Any] = []
-
-    def assign(wish: str, expression: Any) -> Any:
-        if not expression.args:
-            return expression
-        symbol = name(wish)
-        assignments.append((symbol, expression))
-        return symbol
+    assign = _assigner(name, assignments)
 
     below: dict[int, list[int]] = {}  # column -> rows that hold an entry of M or are filled in
     for k, j in mass:
@@ -82,14 +76,7 @@ def solve(
     With `wishes`, each entry of x becomes an assignment of that name.
     """
     assignments: list[Assignment] = []
-
-    def assign(wish: str, expression: Any) -> Any:
-        if not expression.args:
-            return expression
-        symbol = name(wish)
-        assignments.append((symbol, expression))
-        return symbol
-
+    assign = _assigner(name, assignments)
     forward = {k: value for k, value in right.items() if value != 0}
     for k, columns in factors.rows.items():
         subtracted = [-factors.lower[k, j] * forward[j] for j in columns if j in forward]
@@ -104,3 +91,16 @@ def solve(
             used = bool(factors.rows.get(k))
             x[k] = assign(wishes[k] if wishes else f"solved_{k + 1}", value) if wishes or used else value
     return assignments, x
+
+
+def _assigner(name: Name, assignments: list[Assignment]) -> Callable[[str, Any], Any]:
+    """What gives an expression a name by appending an assignment; a symbol or number stays as it is."""
+
+    def assign(wish: str, expression: Any) -> Any:
+        if not expression.args:
+            return expression
+        symbol = name(wish)
+        assignments.append((symbol, expression))
+        return symbol
+
+    return assign

@@ -81,41 +81,36 @@ def derive(system: System) -> Equations:
     potential = convert("the potential energy", system.potential_energy)
     dissipation = convert("the dissipation", system.dissipation)
     applied = tuple(convert(f"the force of {c.symbol}", system.force(c)) for c in system.coordinates)
-    clock = {symbol("t"): se.Integer(1)} | {symbol(u.symbol): symbol(u.rate) for u in system.inputs}
+    time, inputs = symbol("t"), tuple(symbol(channel.symbol) for channel in system.inputs)
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
-
     _refuse_rates(system, definitions, kinetic, potential, rates)
-    motion = _Motion(definitions, q, v, clock)
+
+    motion = _Motion(definitions, q, v, {time: se.Integer(1), **dict(zip(inputs, rates, strict=True))})
     momenta = _by(definitions.gradient(kinetic - potential, v), v)
     mass, gyroscopic = motion.mass(momenta), motion.gyroscopic(momenta, kinetic)
     dissipative = _by(definitions.gradient(dissipation, v), v)
-    conservative = _by(definitions.gradient(potential, q), q)
     return Equations(
         system=system,
         definitions=definitions,
-        time=symbol("t"),
+        time=time,
         coordinates=q,
         velocities=v,
         accelerations=tuple(symbol(c.acceleration) for c in system.coordinates),
         parameters=tuple(symbol(p.symbol) for p in system.parameters),
-        inputs=tuple(symbol(channel.symbol) for channel in system.inputs),
+        inputs=inputs,
         rates=rates,
         kinetic=kinetic,
         potential=potential,
         dissipation=dissipation,
         mass=mass,
         gyroscopic=gyroscopic,
-        conservative=conservative,
+        conservative=_by(definitions.gradient(potential, q), q),
         dissipative=dissipative,
         applied=applied,
         dissipated_power=_dot(v, dissipative),
         input_power=motion.input_power(kinetic, potential, momenta, mass, applied, system),
         outputs=tuple(convert(f"output {o.symbol}", o.expression) for o in system.output_expressions),
-        positions={
-            str(channel.symbol): convert(f"the position of {channel.symbol}", channel.position)
-            for channel in system.inputs
-            if channel.position is not None
-        },
+        positions=_positions(system),
     )
 
 
@@ -182,6 +177,14 @@ def _refuse_rates(system: System, definitions: Definitions, kinetic: Any, potent
                 "would need its second derivative; measure the coordinate from the moving base, and let the base's "
                 "acceleration be an input"
             )
+
+
+def _positions(system: System) -> dict[str, Any]:
+    return {
+        str(channel.symbol): convert(f"the position of {channel.symbol}", channel.position)
+        for channel in system.inputs
+        if channel.position is not None
+    }
 
 
 def _by(gradient: Mapping[Any, Any], variables: Sequence[Any]) -> Vector:

@@ -11,7 +11,6 @@ from codegen.rewrite import Names, is_condition, is_number, is_square, rebuild, 
 
 #: Parts of a sum (term -> number) or of a product (factor -> 1).
 Parts = dict[Any, Any]
-Key = tuple[type, frozenset[tuple[Any, Any]]]
 
 
 def share(kernel: Kernel, names: Names) -> Kernel:

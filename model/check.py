@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Derivative, Expr, Integral, Symbol
 from sympy.core.function import AppliedUndef
 
-from model.inertia import massless_coordinates
+from model.inertia import massless
 from model.naming import name_problem, t
 
 if TYPE_CHECKING:
@@ -204,8 +204,8 @@ def _inertia(system: "System") -> Iterator[str]:
     for symbol, expression in reversed(system.definitions.items()):
         if symbol in reached:
             reached |= _symbols(expression)
-    velocities = {coordinate.rate for coordinate in system.coordinates}
-    if not velocities & reached:
+    velocities = [coordinate.rate for coordinate in system.coordinates]
+    if not reached.intersection(velocities):
         yield f"the kinetic energy depends on no velocity ({', '.join(sorted(map(str, velocities)))})"
         return
     missing = [coordinate for coordinate in system.coordinates if coordinate.rate not in reached]
@@ -214,8 +214,8 @@ def _inertia(system: "System") -> Iterator[str]:
             f"coordinate {coordinate.symbol} has no inertia: the kinetic energy does not depend on {coordinate.rate}, "
             "so the mass matrix is singular"
         )
-    if not missing and (massless := massless_coordinates(system)):
-        names = ", ".join(str(coordinate.symbol) for coordinate in massless)
+    if not missing and (together := massless(system.kinetic_energy, velocities, system.definitions)):
+        names = ", ".join(str(system.coordinates[k].symbol) for k in together)
         yield f"the mass matrix is singular: a motion of {names} together has no kinetic energy"
 
 

@@ -1,39 +1,36 @@
-"""Which coordinates move without kinetic energy: the null space of the mass matrix, found at birth and by numbers."""
+"""Which velocities carry no kinetic energy: the null space of the mass matrix, found at birth and by numbers."""
 
 import random
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
 
-from sympy import Add, Symbol, lambdify
-
-if TYPE_CHECKING:
-    from model.system import Coordinate, System
+from sympy import Add, Expr, Symbol, lambdify
 
 #: A pivot this small against the largest one is zero; the points are random, so a chance hit is no concern.
 _TOLERANCE = 1e-9
 
+Quantities = Mapping[Symbol, Expr]
 
-def massless_coordinates(system: "System") -> list["Coordinate"]:
-    """The coordinates that take part in a motion without kinetic energy; empty where the mass matrix is regular.
 
-    The mass matrix d^2 T/d(qdot)^2 is taken by second differences in the velocities (exact where T is quadratic) at two
-    seeded random points with positive parameters: singular at both means singular by structure.
+def massless(kinetic_energy: Expr, velocities: Sequence[Symbol], quantities: Quantities) -> list[int]:
+    """Indices of the velocities in a motion without kinetic energy; empty where the mass matrix is regular.
+
+    quantities: what named symbols stand for, in order. The mass matrix d^2 T/d(qdot)^2 is taken by second differences
+    in the velocities (exact where T is quadratic) at two seeded random points with positive parameters: singular at
+    both means singular by structure.
     """
     chance = random.Random(20)
-    vectors = [_null_vector(_mass_matrix(system, chance)) for _ in range(2)]
+    vectors = [_null_vector(_mass_matrix(kinetic_energy, velocities, quantities, chance)) for _ in range(2)]
     if not all(vectors):
         return []
-    return [
-        coordinate for coordinate, share in zip(system.coordinates, vectors[0], strict=True) if abs(share) > _TOLERANCE
-    ]
+    return [k for k, share in enumerate(vectors[0]) if abs(share) > _TOLERANCE]
 
 
-def _mass_matrix(system: "System", chance: random.Random) -> list[list[float]]:
-    velocities = [coordinate.rate for coordinate in system.coordinates]
-    quantities = list(system.definitions.items())
-    used = set(system.kinetic_energy.free_symbols).union(*(expression.free_symbols for _, expression in quantities))
-    others = sorted(used - set(velocities) - {symbol for symbol, _ in quantities}, key=str)
-    energy = _energy_function(system, velocities + others, quantities)
+def _mass_matrix(
+    kinetic_energy: Expr, velocities: Sequence[Symbol], quantities: Quantities, chance: random.Random
+) -> list[list[float]]:
+    used = set(kinetic_energy.free_symbols).union(*(expression.free_symbols for expression in quantities.values()))
+    others = sorted(used - set(velocities) - quantities.keys(), key=str)
+    energy = _energy_function(kinetic_energy, [*velocities, *others], quantities)
     point = [chance.uniform(0.5, 1.5) for _ in others]
     start = [chance.uniform(-0.5, 0.5) for _ in velocities]
 
@@ -45,29 +42,27 @@ def _mass_matrix(system: "System", chance: random.Random) -> list[list[float]]:
 
     base, single = at(), [at(k) for k in range(len(velocities))]
     matrix = [[0.0] * len(velocities) for _ in velocities]
-    for k, j in _coupled(system, velocities):
+    for k, j in _coupled(kinetic_energy, velocities, quantities):
         matrix[k][j] = matrix[j][k] = at(k, j) - single[k] - single[j] + base
     return matrix
 
 
-def _coupled(system: "System", velocities: list[Symbol]) -> set[tuple[int, int]]:
+def _coupled(kinetic_energy: Expr, velocities: Sequence[Symbol], quantities: Quantities) -> set[tuple[int, int]]:
     """Pairs of velocities that meet in one term of T; all other entries of the mass matrix are zero."""
-    index = {velocity: k for k, velocity in enumerate(velocities)}
-    reach: dict[Symbol, set[int]] = {velocity: {k} for velocity, k in index.items()}
-    for symbol, expression in system.definitions.items():
+    reach: dict[Symbol, set[int]] = {velocity: {k} for k, velocity in enumerate(velocities)}
+    for symbol, expression in quantities.items():
         reach[symbol] = set().union(*(reach.get(part, ()) for part in expression.free_symbols))
     pairs: set[tuple[int, int]] = set()
-    for term in Add.make_args(system.kinetic_energy):
+    for term in Add.make_args(kinetic_energy):
         together = set().union(*(reach.get(part, ()) for part in term.free_symbols))
         pairs.update((k, j) for k in together for j in together if j <= k)
     return pairs
 
 
-def _energy_function(
-    system: "System", arguments: list[Symbol], quantities: list[tuple[Symbol, Any]]
-) -> Callable[..., float]:
+def _energy_function(kinetic_energy: Expr, arguments: Sequence[Symbol], quantities: Quantities) -> Callable[..., float]:
     """T as a Python function; the quantities it uses go in as assignments, in order, instead of being substituted."""
-    values = lambdify(arguments, [system.kinetic_energy], modules="math", cse=lambda terms: (quantities, terms))
+    assignments = list(quantities.items())
+    values = lambdify(arguments, [kinetic_energy], modules="math", cse=lambda terms: (assignments, terms))
     return lambda *point: values(*point)[0]
 
 

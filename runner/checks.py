@@ -2,10 +2,11 @@
 
 import difflib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:
@@ -15,8 +16,7 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> str:
         return f"unknown {kind} {name!r}: there is none"
     lowered = {each.lower(): each for each in reversed(names)}
     nearest = difflib.get_close_matches(str(name).lower(), lowered, n=1, cutoff=0.0)[0]
-    listed = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
-    return f"unknown {kind} {name!r}; did you mean {lowered[nearest]!r}? There are: {listed}"
+    return f"unknown {kind} {name!r}; did you mean {lowered[nearest]!r}? There are: {_listed(names)}"
 
 
 def finite(what: str, value: Any) -> float:
@@ -26,3 +26,20 @@ def finite(what: str, value: Any) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{what} is {value!r}, expected a finite number")
     return float(value)
+
+
+def finite_state(what: str, values: ArrayLike, names: Sequence[str]) -> NDArray[np.float64]:
+    """A new state x (n_states,); raises ValueError naming `what`, and the state that is not finite."""
+    try:
+        x = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what}: initial is {values!r}, expected {len(names)} numbers") from None
+    if x.shape != (len(names),):
+        raise ValueError(f"{what}: initial has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
+    for i in np.flatnonzero(~np.isfinite(x))[:1]:
+        raise ValueError(f"{what}: initial {names[i]} is {x[i]}, expected a finite number")
+    return x
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import generated
 from runner import abi
-from runner.checks import finite, unknown
+from runner.checks import finite, finite_state, unknown
 from runner.tables import LoadError, Tables, read_tables
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
@@ -121,13 +121,7 @@ class Model:
                     raise ValueError(f"model {self.name}: {unknown('state', name, self.state_names)}")
                 x[self.state_names.index(name)] = finite(f"model {self.name}: initial {name}", value)
             return x
-        x = np.array(values, dtype=np.float64)
-        if x.shape != (len(self.state_names),):
-            raise ValueError(f"model {self.name}: a state has shape ({len(self.state_names)},), found {x.shape}")
-        if not np.isfinite(x).all():
-            name = self.state_names[int(np.argmin(np.isfinite(x)))]
-            raise ValueError(f"model {self.name}: initial {name} is not finite")
-        return x
+        return finite_state(f"model {self.name}", values, self.state_names)
 
     def _zeros(self, p: NDArray[np.float64], constant: str) -> str:
         """What is likely behind a constant that is not finite: parameters that are zero, those it names first."""

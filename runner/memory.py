@@ -28,6 +28,8 @@ intrinsic: Any = numba_intrinsic
 LEAN = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: The same for those that return an array made from an address.
 VIEW = LEAN | {"_nrt": True}
+#: For functions that are called from one place, or take functions: compiled with their caller, not by themselves.
+INLINE = LEAN | {"inline": "always"}
 
 
 def layout(integers: str, floats: str = "") -> np.dtype:

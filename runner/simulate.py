@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import finite, unknown
+from runner.checks import finite, finite_state, unknown
 from runner.equilibrium import rest
 from runner.events.kinds import OutputCrossing, StateCrossing
 from runner.inputs.bind import as_signal, bind
@@ -60,15 +60,13 @@ class Simulation:
     method: Method
     options: Options
 
-    def __call__(self, initial: NDArray[np.float64] | None = None, *, on_failure: str = "raise") -> Solution:
-        """Integrate, from another state (n_states,) where one is given. Raises and returns as `simulate`."""
+    def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
+        """Integrate, from another state (n_states,) where one is given; returns and raises as `simulate`."""
         _check_on_failure(on_failure)
         problem = self.problem
         if initial is not None:
-            problem = replace(problem, initial_state=np.array(initial, dtype=np.float64).reshape(-1))
-            if problem.initial_state.shape != self.problem.initial_state.shape:
-                n = len(self.problem.initial_state)
-                raise ValueError(f"initial has {problem.initial_state.size} numbers, expected {n}")
+            x = finite_state(self.subject.name, initial, problem.state_names)
+            problem = replace(problem, initial_state=x)
         trajectory = self.method.integrate(problem, self.method, self.options)
         solution = as_solution(self.subject, problem, self.method, self.options, trajectory)
         if not solution.success and on_failure == "raise":

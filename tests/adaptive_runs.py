@@ -1,13 +1,13 @@
 """Right-hand sides with known solutions, and one way to run an adaptive method on them, for several test files."""
 
 import numpy as np
+import runs
 from numba import njit
 
 from runner.abi import VECTOR_KERNEL
 from runner.inputs.signal import Signal, stack
-from runner.methods import METHODS, find_method
-from runner.options import Options
-from runner.problem import Problem, Trajectory
+from runner.methods import METHODS
+from runner.problem import Trajectory
 
 ADAPTIVE = [name for name, method in METHODS.items() if method.family == "adaptive"]
 
@@ -55,40 +55,6 @@ def falling(t, x, u, c, dx):
     dx[1] = -9.81
 
 
-@njit(VECTOR_KERNEL)
-def exploding(t, x, u, c, dx):
-    """The second state is 1/(1 - t)."""
-    dx[0] = -x[0]
-    dx[1] = x[1] * x[1]
-
-
-@njit(VECTOR_KERNEL)
-def arenstorf(t, x, u, c, dx):
-    """The restricted three-body problem (HNW, equation II.0.1)."""
-    m = 0.012277471
-    n = 1.0 - m
-    d1 = ((x[0] + m) ** 2 + x[1] ** 2) ** 1.5
-    d2 = ((x[0] - n) ** 2 + x[1] ** 2) ** 1.5
-    dx[0] = x[2]
-    dx[1] = x[3]
-    dx[2] = x[0] + 2.0 * x[3] - n * (x[0] + m) / d1 - m * (x[0] - n) / d2
-    dx[3] = x[1] - 2.0 * x[2] - n * x[1] / d1 - m * x[1] / d2
-
-
-@njit(VECTOR_KERNEL)
-def pleiades(t, x, u, c, dx):
-    """Seven stars in a plane with masses 1 to 7 (HNW, equation II.10.5): x_i, y_i, x_i', y_i'."""
-    for i in range(14):
-        dx[i] = x[14 + i]
-        dx[14 + i] = 0.0
-    for i in range(7):
-        for j in range(7):
-            if i != j:
-                d = ((x[i] - x[j]) ** 2 + (x[7 + i] - x[7 + j]) ** 2) ** 1.5
-                dx[14 + i] += (j + 1) * (x[j] - x[i]) / d
-                dx[21 + i] += (j + 1) * (x[7 + j] - x[7 + i]) / d
-
-
 def plain(kernel, c=()):
     """f(t, x) for SciPy."""
     constants, u = np.array(c, dtype=float), np.zeros(1)
@@ -103,12 +69,8 @@ def plain(kernel, c=()):
 
 def run(kernel, span, x0, method="ode45", c=(), inputs: tuple[Signal, ...] = (), **options) -> Trajectory:
     """Integrate without the front door."""
-    x0 = np.array(x0, dtype=float)
-    names = tuple(f"x_{i + 1}" for i in range(len(x0)))
     table = stack(list(inputs), [0] * len(inputs))
-    problem = Problem(kernel, *map(float, span), x0, np.array(c, dtype=float), table, len(inputs), names)
-    chosen = find_method(method)
-    return chosen.integrate(problem, chosen, Options(**options))
+    return runs.run(method, runs.problem(kernel, span[1], x0, c=c, inputs=table, t0=span[0]), **options)
 
 
 def slope(errors, steps) -> float:

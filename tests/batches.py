@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray
+from study_files import write
 
 STUDY = """\
 title = "A quick batch"
@@ -45,9 +46,7 @@ every = 5
 
 
 def written(folder, text=STUDY, name="quick"):
-    path = folder / f"{name}.toml"
-    path.write_text(text)
-    return path
+    return write(folder, text, f"{name}.toml")
 
 
 def values(path):

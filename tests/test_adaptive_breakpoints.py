@@ -6,6 +6,7 @@ from adaptive_runs import ADAPTIVE, forced, run
 from numba import njit
 
 from runner.abi import VECTOR_KERNEL
+from runner.inputs.shapes import pulse_train
 from runner.inputs.signal import Signal
 from runner.memory import address, integers
 from runner.problem import Status
@@ -15,11 +16,7 @@ C = (OMEGA, DAMPING)
 
 
 def half_sine(start, length, impulse):
-    """A pulse of this impulse and its breakpoints."""
-    frequency = np.pi / length
-    peak = impulse * frequency / 2
-    rows = [[start - 1, 0, 0, 0, 0, 0, 0, 0], [start, 0, 0, 0, 0, peak, frequency, 0], [start + length, *[0] * 7]]
-    return Signal(np.array(rows, dtype=float), np.array([start, start + length]))
+    return pulse_train(times=[start], duration=length, impulse=impulse)
 
 
 def step_up(at, to):

@@ -7,19 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from adaptive_runs import ADAPTIVE, arenstorf, circle, exploding, run
+from adaptive_runs import ADAPTIVE, circle, run
 from numba import njit
+from runs import exploding, rooted
 
+from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
 from runner.abi import VECTOR_KERNEL
 from runner.methods import find_method
 from runner.problem import Status
-
-
-@njit(VECTOR_KERNEL)
-def rooted(t, x, u, c, dx):
-    """The second state's slope is no number once the first is negative, at t = 1."""
-    dx[0] = -1.0
-    dx[1] = np.sqrt(x[0])
 
 
 @njit(VECTOR_KERNEL)
@@ -151,8 +146,8 @@ def decays(t, x, u, c, dx):
 
 
 def test_runs_are_repeatable_to_the_bit():
-    first = run(arenstorf, (0, 3), (0.994, 0, 0, -2.00158510637908), "dop853", rtol=1e-9)
-    again = run(arenstorf, (0, 3), (0.994, 0, 0, -2.00158510637908), "dop853", rtol=1e-9)
+    first = run(arenstorf, (0, 3), ARENSTORF_START, "dop853", rtol=1e-9)
+    again = run(arenstorf, (0, 3), ARENSTORF_START, "dop853", rtol=1e-9)
     np.testing.assert_array_equal(first.states, again.states)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import njit
+from runs import exploding
 
 from runner.explicit.tableau import EULER, HEUN, MIDPOINT, RK4
 from runner.inputs.shapes import pulse_train, sine
@@ -22,13 +23,6 @@ OMEGA = 5.0  # of the undamped oscillator, sqrt(50 / 2) rad/s
 def swinging(t, x, u, c, dx):
     """x' = x cos t, so x = x0 exp(sin t)."""
     dx[0] = x[0] * np.cos(t)
-
-
-@njit
-def exploding(t, x, u, c, dx):
-    """The second state is 1/(1 - t) until it is infinite at t = 1."""
-    dx[0] = -x[0]
-    dx[1] = x[1] * x[1]
 
 
 @njit

@@ -100,6 +100,16 @@ def test_without_noise_the_true_values_come_back(tmp_path, truth):
     assert not judge(given, found).notes
 
 
+def test_a_curve_in_a_file_is_the_curve_written_out(tmp_path, truth):
+    rows = zip((TIMES * 1e3).tolist(), (truth[0] * 1e3).tolist(), strict=True)
+    (tmp_path / "body.csv").write_text("z_s [mm];t [ms]\n" + "".join(f"{y!r};{t!r}\n" for t, y in rows))
+    told = f'quantity = "z_s"\nchange = true\nsigma = {SIGMA}\nfile = "body.csv"\ncolumns = ["t", "z_s"]'
+    x = np.array([2e4, 2e3])
+    from_file, inline = (problem(tmp_path, HEAD + scenario([each])) for each in (told, curve(truth[0])))
+    assert from_file.residuals(x) == pytest.approx(inline.residuals(x), rel=1e-9)
+    assert draw(from_file, fit(from_file), tmp_path / "fit.png").is_file()
+
+
 def test_the_stated_uncertainty_covers_the_truth_as_often_as_it_says(tmp_path, truth):
     """The distance from the truth by the stated covariance is chi squared with 2 degrees of freedom."""
     rng = np.random.default_rng(11)
@@ -227,13 +237,23 @@ def test_slips_are_named_with_their_place(tmp_path, case):
     [
         ('quantity = "z_q"\nsigma = 1\nvalue = 1', "unknown quantity 'z_q'"),
         ('quantity = "z_s"\nsigma = 0\nvalue = 1', "sigma"),
-        ('quantity = "z_s"\nsigma = 1', "expected either value, or t and values"),
+        ('quantity = "z_s"\nsigma = 1', "expected either value, or t and values, or file"),
+        (
+            'quantity = "z_s"\nsigma = 1\nvalue = 1\nfile = "curve.csv"',
+            "expected either value, or t and values, or file",
+        ),
+        ('quantity = "z_s"\nsigma = 1\nfile = "none.csv"', "scenarios.0.observations.0.file: there is no file"),
+        ('quantity = "z_q"\nsigma = 1\nfile = "curve.csv"', "observations.0.quantity: unknown quantity 'z_q'"),
+        ('quantity = "z_s"\nsigma = 1\nfile = "curve.csv"\ncolumns = ["t", "z"]', "curve.csv: unknown column 'z'"),
+        ('quantity = "z_s"\nsigma = 1\nfile = "curve.csv"', "curve.csv, line 4: time 0.15 is before"),
+        ('quantity = "zdot_s"\nsigma = 1\nfile = "curve.csv"', "column 'z_s': [mm] cannot be turned into [m/s]"),
         ('quantity = "z_s"\nsigma = 1\nvalue = 1\nmeasure = "at"', "`at` is a time"),
         ('quantity = "z_s"\nsigma = 1\nvalue = 1\nmeasure = "top"', "measure"),
         ('quantity = "z_s"\nsigma = 1\nt = [0.1, 9.0]\nvalues = [0, 0]', "observed from 0.1 to 9 s, run from 0 to 1.5"),
     ],
 )
 def test_observations_that_cannot_be_are_refused(tmp_path, observation, message):
+    (tmp_path / "curve.csv").write_text("t [s],z_s [mm]\n0.1,0\n0.2,1\n0.15,2\n")
     with pytest.raises(StudyError) as refused:
         fit(problem(tmp_path, HEAD + scenario([observation])))
     assert message in str(refused.value)

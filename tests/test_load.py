@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from runner.load import LoadError, available, load
+from runner.simulate import prepare, simulate
 
 SAMPLE = Path("tests/sample_models/oscillator.py")
 STATE_ROW = '    ("q_1", "m", "displacement of the mass"),\n'
@@ -146,18 +147,39 @@ def test_state_by_name_or_array(oscillator):
     assert oscillator.state([1, 2]).tolist() == [1.0, 2.0]
 
 
+WRONG_STATES = [
+    ([1.0], r"initial has shape \(1,\), expected \(2,\): q_1, qdot_1"),
+    ([[1.0, 2.0]], r"initial has shape \(1, 2\), expected \(2,\)"),
+    ([1.0, np.nan], "initial qdot_1 is nan, expected a finite number"),
+    (["1.0", "fast"], "initial is .*'fast'.*, expected 2 numbers"),
+]
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
         ({"q1": 1.0}, "unknown state 'q1'; did you mean 'q_1'"),
         ({"q_1": np.inf}, "initial q_1 is inf, expected a finite number"),
-        ([1.0], r"a state has shape \(2,\), found \(1,\)"),
-        ([1.0, np.nan], "initial qdot_1 is not finite"),
+        *WRONG_STATES,
     ],
 )
 def test_wrong_state_is_named(oscillator, values, message):
     with pytest.raises(ValueError, match=message):
         oscillator.state(values)
+
+
+@pytest.mark.parametrize(("values", "message"), WRONG_STATES)
+def test_wrong_state_of_a_prepared_run_is_named(oscillator, values, message):
+    run = prepare(oscillator, (0, 1), step=1e-2, initial=[0.0, 0.0])
+    with pytest.raises(ValueError, match=message):
+        run(values)
+
+
+def test_prepared_run_starts_where_it_is_told(oscillator):
+    start = [0.5, -1.0]
+    found = prepare(oscillator, (0, 1), step=1e-2, initial=[0.0, 0.0])(start)
+    assert found.states[0].tolist() == start
+    np.testing.assert_array_equal(found.states, simulate(oscillator, (0, 1), step=1e-2, initial=start).states)
 
 
 def test_kernels_obey_the_calling_convention(oscillator):

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numba import njit
-from stiff_runs import problem, run
+from runs import problem, run
 
 from benchmarks.problems import PROBLEMS
 from runner.explicit.tableau import rooted_trees

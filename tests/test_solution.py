@@ -22,6 +22,8 @@ def run():
 
 def test_columns_are_found_by_name(run):
     assert run.names == ("q_1", "qdot_1", "qddot_1", "F_spring", "F", "z_1", "zdot_1")
+    assert (*run.state_names, *run.output_names, *run.input_names) == run.names
+    assert run.output_names == ("qddot_1", "F_spring")
     assert len(run.t) == 101
     np.testing.assert_array_equal(run["q_1"], run.states[:, 0])
     np.testing.assert_array_equal(run["F"], 2.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from study_files import assert_refused, slip, write
 
 from runner.inputs.shapes import pulse_train
 from runner.load import load
@@ -33,67 +34,67 @@ duration = 0.1
 BAD = {
     "no TOML": ("model = ", "no valid TOML"),
     "twice": ("model = 'a'\nmodel = 'b'\n", "no valid TOML: Cannot overwrite a value (at line 2"),
-    "unknown key": (GOOD.replace("span", "spam"), "line 2: spam: unknown key 'spam'; did you mean 'span'?"),
+    "unknown key": (slip(GOOD, "span", "spam"), "line 2: spam: unknown key 'spam'; did you mean 'span'?"),
     "unknown key in a table": (
-        GOOD.replace("step = 1e-3", "setp = 1e-3"),
+        slip(GOOD, "step = 1e-3", "setp = 1e-3"),
         "line 6: integration.setp: unknown key 'setp'; did you mean 'step'?",
     ),
     "unknown key of an input": (
-        GOOD.replace("duration", "durration"),
+        slip(GOOD, "duration", "durration"),
         "line 15: inputs.z_r.durration: unknown key 'durration'; did you mean 'duration'?",
     ),
     "key of another kind": (
-        GOOD.replace("peak = 0.02", "amplitude = 0.02"),
+        slip(GOOD, "peak = 0.02", "amplitude = 0.02"),
         "line 14: inputs.z_r.amplitude: unknown key 'amplitude'",
     ),
-    "no model": (GOOD.replace('model = "quarter_car"', ""), "model: missing"),
-    "no kind": (GOOD.replace('kind = "pulse_train"', ""), "inputs.z_r: missing kind; there are: constant, sine"),
+    "no model": (slip(GOOD, 'model = "quarter_car"', ""), "model: missing"),
+    "no kind": (slip(GOOD, 'kind = "pulse_train"', ""), "inputs.z_r: missing kind; there are: constant, sine"),
     "unknown kind": (
-        GOOD.replace('"pulse_train"', '"pulses"'),
+        slip(GOOD, '"pulse_train"', '"pulses"'),
         "line 11: inputs.z_r.kind: unknown kind 'pulses'; did you mean 'pulse_train'?",
     ),
-    "wrong type": (GOOD.replace("[0, 0.2]", '"all of it"'), "line 2: span: input should be a valid tuple"),
-    "one end": (GOOD.replace("[0, 0.2]", "[0]"), "line 2: span.1: missing"),
-    "unknown model": (GOOD.replace('"quarter_car"', '"quater_car"'), "model 'quater_car'; did you mean 'quarter_car'?"),
-    "missing module": (GOOD.replace('"quarter_car"', '"out/mine.py"'), "line 1: model: no file"),
-    "unknown input": (GOOD.replace("z_r", "z_q"), "line 11: inputs.z_q: unknown input 'z_q'; did you mean 'z_r'?"),
-    "rate as an input": (GOOD.replace("inputs.z_r", "inputs.zdot_r"), "unknown input 'zdot_r'; did you mean 'z_r'?"),
+    "wrong type": (slip(GOOD, "[0, 0.2]", '"all of it"'), "line 2: span: input should be a valid tuple"),
+    "one end": (slip(GOOD, "[0, 0.2]", "[0]"), "line 2: span.1: missing"),
+    "unknown model": (slip(GOOD, '"quarter_car"', '"quater_car"'), "model 'quater_car'; did you mean 'quarter_car'?"),
+    "missing module": (slip(GOOD, '"quarter_car"', '"out/mine.py"'), "line 1: model: no file"),
+    "unknown input": (slip(GOOD, "z_r", "z_q"), "line 11: inputs.z_q: unknown input 'z_q'; did you mean 'z_r'?"),
+    "rate as an input": (slip(GOOD, "inputs.z_r", "inputs.zdot_r"), "unknown input 'zdot_r'; did you mean 'z_r'?"),
     "unknown parameter": (
-        GOOD.replace("m_s = 250", "m_z = 250"),
+        slip(GOOD, "m_s = 250", "m_z = 250"),
         "line 9: parameters.m_z: unknown parameter 'm_z'",
     ),
     "wrong unit": (
-        GOOD.replace("m_s = 250", 'm_s = "250 m"'),
+        slip(GOOD, "m_s = 250", 'm_s = "250 m"'),
         "line 9: parameters.m_s: '250 m' is in m, expected kg or a multiple of it",
     ),
     "no unit": (
-        GOOD.replace("m_s = 250", 'm_s = "250"'),
+        slip(GOOD, "m_s = 250", 'm_s = "250"'),
         "line 9: parameters.m_s: '250' has no unit; expected one such as kg, or a plain number in kg",
     ),
     "unknown unit": (
-        GOOD.replace("m_s = 250", 'm_s = "250 kgg"'),
+        slip(GOOD, "m_s = 250", 'm_s = "250 kgg"'),
         "line 9: parameters.m_s: '250 kgg' is no number with a unit",
     ),
     "code as a number": (
-        GOOD.replace("m_s = 250", "m_s = \"__import__('os').getcwd()\""),
+        slip(GOOD, "m_s = 250", "m_s = \"__import__('os').getcwd()\""),
         "line 9: parameters.m_s: \"__import__('os').getcwd()\" is no number with a unit",
     ),
-    "not finite": (GOOD.replace("m_s = 250", "m_s = nan"), "parameters.m_s is nan, expected a finite number"),
-    "no mass": (GOOD.replace("m_s = 250", "m_s = 0"), "division by zero in the constants; zero: m_s"),
+    "not finite": (slip(GOOD, "m_s = 250", "m_s = nan"), "parameters.m_s is nan, expected a finite number"),
+    "no mass": (slip(GOOD, "m_s = 250", "m_s = 0"), "division by zero in the constants; zero: m_s"),
     "time as a length": (
-        GOOD.replace("step = 1e-3", 'step = "1 mm"'),
+        slip(GOOD, "step = 1e-3", 'step = "1 mm"'),
         "line 6: integration.step: '1 mm' is in mm, expected s or a multiple of it",
     ),
     "impulse of another kind": (
-        GOOD.replace("peak = 0.02", 'impulse = "3 N s"'),
+        slip(GOOD, "peak = 0.02", 'impulse = "3 N s"'),
         "line 14: inputs.z_r.impulse: '3 N s' is in N * s, expected m * s or a multiple of it",
     ),
     "too many of three": (GOOD + "impulse = 1.0\n", "inputs.z_r: "),
-    "negative duration": (GOOD.replace("duration = 0.1", "duration = -0.1"), "inputs.z_r: duration"),
-    "unknown method": (GOOD.replace('"rk4"', '"rk5"'), "unknown method 'rk5'; did you mean 'rk4'?"),
-    "no step": (GOOD.replace("step = 1e-3", ""), "step"),
-    "negative step": (GOOD.replace("1e-3", "-1e-3"), "step is -0.001, expected a number greater than 0"),
-    "backwards": (GOOD.replace("[0, 0.2]", "[1, 0]"), "expected a start before the end"),
+    "negative duration": (slip(GOOD, "duration = 0.1", "duration = -0.1"), "inputs.z_r: duration"),
+    "unknown method": (slip(GOOD, '"rk4"', '"rk5"'), "unknown method 'rk5'; did you mean 'rk4'?"),
+    "no step": (slip(GOOD, "step = 1e-3", ""), "step"),
+    "negative step": (slip(GOOD, "1e-3", "-1e-3"), "step is -0.001, expected a number greater than 0"),
+    "backwards": (slip(GOOD, "[0, 0.2]", "[1, 0]"), "expected a start before the end"),
     "unknown set": ('parameter_set = "heavy"\n' + GOOD, "unknown parameter set 'heavy'"),
     "unknown state": (
         GOOD + "[initial]\nzz_s = 1\n",
@@ -115,20 +116,10 @@ BAD = {
 }
 
 
-def write(folder, text):
-    path = folder / "study.toml"
-    path.write_text(text)
-    return path
-
-
 @pytest.mark.parametrize("case", BAD)
 def test_a_bad_study_is_refused_with_its_place(tmp_path, case):
     text, message = BAD[case]
-    path = write(tmp_path, text)
-    with pytest.raises(StudyError) as refused:
-        run_study(path)
-    assert str(path) in str(refused.value)
-    assert message in str(refused.value)
+    assert_refused(run_study, write(tmp_path, text), message)
 
 
 def test_a_missing_file_names_its_neighbours(tmp_path):

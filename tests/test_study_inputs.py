@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from study_files import assert_refused, slip, write
 
 from runner.inputs.drive import drive
 from runner.inputs.iso8608 import CLASSES, random_road
@@ -49,12 +50,6 @@ height = 0.1
 length = 1
 speed = 1
 """
-
-
-def write(folder, text):
-    path = folder / "study.toml"
-    path.write_text(text)
-    return path
 
 
 def signals(folder, text):
@@ -239,7 +234,7 @@ BAD = {
         "line 12: inputs.F.shell_mass: '1 m/s' is in m / s, expected kg or a multiple of it",
     ),
     "ammunition of a length": (
-        HEAD.replace("m113", "quarter_car").replace('parameter_set = "as_run_unloaded"\n', "")
+        slip(HEAD, "m113", "quarter_car").replace('parameter_set = "as_run_unloaded"\n', "")
         + '[inputs.z_r]\nkind = "pulse_train"\ntimes = [1]\nduration = 1\nshell_mass = 1\nmuzzle_velocity = 1\n',
         "line 11: inputs.z_r.shell_mass: ammunition gives N s, but the input is in m; give two of peak",
     ),
@@ -269,11 +264,11 @@ BAD = {
     ),
     "missing height": (ROAD + 'kind = "step"\n', "line 8: road.height: missing; A step up by `height`"),
     "no speed": (
-        ROAD.replace("speed =", "start = 0 #") + 'kind = "step"\nheight = 1\n',
+        slip(ROAD, "speed =", "start = 0 #") + 'kind = "step"\nheight = 1\n',
         "road: give either speed, such",
     ),
     "speed in m": (
-        ROAD.replace("km/h", "km") + 'kind = "step"\nheight = 1\n',
+        slip(ROAD, "km/h", "km") + 'kind = "step"\nheight = 1\n',
         "line 9: road.speed: '36 km' is in km, expected m/s or a multiple of it",
     ),
     "two speeds": (
@@ -302,17 +297,17 @@ BAD = {
         "line 13: road.length: the run reads the road up to 21.66 m, but it ends at 20 m; make it longer",
     ),
     "road too short for a speed profile": (
-        RANDOM.replace('speed = "36 km/h"', "speed_profile = { t = [0, 1], v = [0, 10] }") + "length = 15\n",
+        slip(RANDOM, 'speed = "36 km/h"', "speed_profile = { t = [0, 1], v = [0, 10] }") + "length = 15\n",
         "road.length: the run reads the road up to 16.66 m, but it ends at 15 m",
     ),
-    "unknown class": (RANDOM.replace('"D"', '"J"'), "line 11: road.roughness: 'J'"),
+    "unknown class": (slip(RANDOM, '"D"', '"J"'), "line 11: road.roughness: 'J'"),
     "roughness of another unit": (
-        RANDOM.replace('"D"', '"1 m^2"'),
+        slip(RANDOM, '"D"', '"1 m^2"'),
         "road.roughness: '1 m^2' is in m ** 2, expected m^3",
     ),
-    "no seed": (RANDOM.replace("seed = 3\n", ""), "road.seed: missing; A random road after ISO 8608"),
-    "broken seed": (RANDOM.replace("seed = 3", "seed = 0.5"), "line 12: road.seed: input should be a valid integer"),
-    "negative seed": (RANDOM.replace("seed = 3", "seed = -3"), "road: seed is -3, expected a whole number"),
+    "no seed": (slip(RANDOM, "seed = 3\n", ""), "road.seed: missing; A random road after ISO 8608"),
+    "broken seed": (slip(RANDOM, "seed = 3", "seed = 0.5"), "line 12: road.seed: input should be a valid integer"),
+    "negative seed": (slip(RANDOM, "seed = 3", "seed = -3"), "road: seed is -3, expected a whole number"),
     "edge too long": (
         ROAD + 'kind = "pothole"\ndepth = 0.1\nlength = 1\nedge = 2\n',
         "road: edge is 2.0, expected a length from 0 to half",
@@ -333,11 +328,7 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_a_bad_gun_or_road_is_refused_with_its_place(tmp_path, case):
     text, message = BAD[case]
-    path = write(tmp_path, text)
-    with pytest.raises(StudyError) as refused:
-        run_study(path)
-    assert str(path) in str(refused.value)
-    assert message in str(refused.value)
+    assert_refused(run_study, write(tmp_path, text), message)
 
 
 GIVEN = {
@@ -409,9 +400,7 @@ def test_bad_rows_of_a_road_file_are_named(tmp_path):
         "x,z\n0\n1,0\n": "road.csv, line 2: no column 'z'",
     }.items():
         (tmp_path / "road.csv").write_text(content)
-        with pytest.raises(StudyError) as refused:
-            run_study(write(tmp_path, text))
-        assert message in str(refused.value)
+        assert_refused(run_study, write(tmp_path, text), message)
 
 
 def test_a_broken_library_is_named(tmp_path):

@@ -6,7 +6,7 @@ from runner.compiled import compiled
 from runner.explicit.slopes import constants, input_values, look_up
 from runner.explicit.step import interpolate
 from runner.explicit.workspace import NEW, WITHIN, states
-from runner.memory import LEAN, floats, integers, layout
+from runner.memory import INLINE, LEAN, floats, integers, layout
 from runner.pointers import call_event, call_kernel
 
 FUNCTION, OUTPUT, STATE = range(3)
@@ -42,14 +42,16 @@ def crossed(before, after, direction):
 
 
 @compiled(**LEAN)
-def watch_step(space, watch, t, h):
-    """Write the values at the end of a step and mark the events that happened in it with theta 1; returns how many."""
+def mark_crossed(space, watch, t, row):
+    """Write the values at the end of a step, whose state stands in a row and whose inputs in u; mark what crossed.
+
+    Events that happened in the step have theta 1 from then on; returns how many.
+    """
     happened = 0
     before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
     theta, direction = floats(watch.theta, watch.count), integers(watch.direction, watch.count)
-    look_up(space, t, h, 1.0)
     for i in range(watch.count):
-        after[i] = event_value(i, space, watch, t + h, NEW)
+        after[i] = event_value(i, space, watch, t, row)
         theta[i] = 1.0 if crossed(before[i], after[i], direction[i]) else NONE
         happened += theta[i] != NONE
     return happened
@@ -70,9 +72,12 @@ def watch_start(space, watch, t, row, first):
     return happened
 
 
-@compiled(**LEAN)
-def locate(space, pair, watch, t, h):
-    """Find theta of the marked events by bisection of the dense output, to the resolution of time; the crossed side."""
+@compiled(**INLINE)
+def bisect(space, watch, t, h, value_within, step):
+    """Find theta of the marked events in the step from t to t + h, to the resolution of time; the crossed side of it.
+
+    value_within(i, space, watch, step, theta): the function of event i at part theta of the step, whatever a step is.
+    """
     before, theta = floats(watch.before, watch.count), floats(watch.theta, watch.count)
     resolution = max(2.0 * np.spacing(abs(t) + abs(h)) / abs(h), 1e-16)
     for i in range(watch.count):
@@ -83,9 +88,7 @@ def locate(space, pair, watch, t, h):
             middle = 0.5 * (low + high)
             if not low < middle < high:
                 break
-            interpolate(space, pair, middle, h)
-            look_up(space, t, h, middle)
-            value = event_value(i, space, watch, t + middle * h, WITHIN)
+            value = value_within(i, space, watch, step, middle)
             if (value >= 0.0) if before[i] < 0.0 else (value <= 0.0):
                 high = middle
             else:
@@ -102,3 +105,24 @@ def earliest(watch):
         if theta[i] != NONE and (found < 0 or theta[i] < theta[found]):
             found = i
     return found
+
+
+@compiled(**LEAN)
+def watch_step(space, watch, t, h):
+    """For explicit methods: write the values at the end of a step and mark its events; returns how many."""
+    look_up(space, t, h, 1.0)
+    return mark_crossed(space, watch, t + h, NEW)
+
+
+@compiled(**LEAN)
+def locate(space, pair, watch, t, h):
+    """For explicit methods: find theta of the marked events on the dense output."""
+    bisect(space, watch, t, h, _value_within, (pair, t, h))
+
+
+@compiled(**LEAN)
+def _value_within(i, space, watch, step, theta):
+    pair, t, h = step
+    interpolate(space, pair, theta, h)
+    look_up(space, t, h, theta)
+    return event_value(i, space, watch, t + theta * h, WITHIN)

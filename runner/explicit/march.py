@@ -11,7 +11,7 @@ from runner.explicit.slopes import look_up, settle, slope
 from runner.explicit.step import evaluate_stages
 from runner.explicit.sums import any_beyond, copy_items
 from runner.explicit.workspace import BLOCK_SIZE, K0, NEW, Y, block, combine_with_latest, copy, gather
-from runner.memory import BLOCK, LEAN, floats, integers, layout
+from runner.memory import BLOCK, INLINE, LEAN, floats, integers, layout
 from runner.problem import Status
 
 #: Times closer than this part of a step are the same time.
@@ -66,7 +66,7 @@ def next_target(march):
     return stop if stop <= grid + SNAP * march.step else grid
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def take_step(space, tableau, march, h):
     """From Y at march.now: the slopes and NEW, a step h on."""
     t = march.now
@@ -80,7 +80,7 @@ def take_step(space, tableau, march, h):
     march.known = floats(tableau.c, tableau.stages)[tableau.stages - 1] == 1.0
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def land(space, march, target):
     """Make `target` the present time, and save the state if it is to be saved; returns a status."""
     at_stop = next_stop(march) <= target
@@ -107,7 +107,7 @@ def save(space, march):
         march.saved = place + 1
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def accept(space):
     """The new state becomes the state."""
     if space.direct:
@@ -116,7 +116,7 @@ def accept(space):
         copy(space, NEW, Y)
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def diverged(space, limit):
     """Whether a new state is larger than the limit or not a number."""
     beyond = False

@@ -5,7 +5,7 @@ from runner.explicit.stage import call_stage
 from runner.explicit.workspace import gather, scatter
 from runner.inputs.reader import CONSTANT, TO, read
 from runner.inputs.signal import InputTable
-from runner.memory import LEAN, VIEW, floats, integers, matrix
+from runner.memory import INLINE, LEAN, VIEW, floats, integers, matrix
 from runner.pointers import call_kernel
 
 #: Inputs of a stage are looked up at least this part of a step inside the step: the limit from within at a jump.
@@ -64,7 +64,7 @@ def settle(space, t, h):
     space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > t + (1.0 - SIDE) * h)
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def slope(space, t, source, target):
     """The row `target` = rhs(t, row `source`), with the inputs as they stand in u."""
     if space.direct:

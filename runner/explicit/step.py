@@ -25,7 +25,7 @@ from runner.explicit.workspace import (
     combine,
     combine_with_latest,
 )
-from runner.memory import BLOCK, LEAN, address, floats, layout, record
+from runner.memory import BLOCK, INLINE, LEAN, address, floats, layout, record
 
 #: Bytes of a row of coefficients.
 ROW = 8 * MOST_STAGES
@@ -52,7 +52,7 @@ def evaluate_stages(space, pair, t, h, first, last):
         slope_by_arrays(space, t + c[i] * h, STAGE, K0 + BLOCK * i)
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def evaluate_directly(space, pair, t, h, first, last):
     """`evaluate_stages` where one block holds all states and the kernel works there."""
     y, stage, slopes = space.work + 8 * Y, space.work + 8 * STAGE, space.work + 8 * K0

@@ -15,7 +15,7 @@ from runner.compiled import compiled
 from runner.explicit.stage import STAGE_KERNEL, stage_kernel
 from runner.explicit.sums import add_latest, sum_slopes
 from runner.inputs.reader import reader_for
-from runner.memory import BLOCK, LEAN, VIEW, address, floats, layout, record, writable
+from runner.memory import BLOCK, INLINE, LEAN, VIEW, address, floats, layout, record, writable
 from runner.pointers import pointer
 from runner.problem import Problem
 
@@ -76,7 +76,7 @@ def combine_others(space, h, base, weights, count, target):
         sum_slopes(w + 8 * base, h, weights, count, w + 8 * K0, w + 8 * target)
 
 
-@compiled(**LEAN, forceinline=True)
+@compiled(**INLINE)
 def combine_with_latest(space, h, base, weights, count, target):
     """`combine` where the last of these slopes has just been evaluated."""
     if space.direct:

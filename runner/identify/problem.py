@@ -12,10 +12,14 @@ from pydantic import ValidationError
 from runner.checks import unknown
 from runner.identify.measure import measured
 from runner.identify.schema import Identification, Observation, Scenario
+from runner.inputs.csv_table import samples_from_csv
+from runner.inputs.tables import table_at
+from runner.load import Model
 from runner.solution import Solution
+from runner.study.amounts import Amounts
 from runner.study.overrides import Tree, changed
 from runner.study.read import StudyError, check, place, read_tree
-from runner.study.run import run
+from runner.study.run import run, study_model
 
 Vector = NDArray[np.float64]
 
@@ -90,16 +94,42 @@ def read(path: Path) -> Problem:
         given = Identification.model_validate(tree)
     except ValidationError as error:
         raise StudyError("\n".join(_described(path, text, each) for each in error.errors())) from None
-    problem = Problem(path, given, tuple(_case(path, given, scenario) for scenario in given.scenarios))
+    problem = Problem(path, given, tuple(_case(path, given, number) for number in range(len(given.scenarios))))
     for case in problem.cases:
         _refuse_unknown_keys(problem, case)
     return problem
 
 
-def _case(path: Path, given: Identification, scenario: Scenario) -> Case:
+def _case(path: Path, given: Identification, number: int) -> Case:
+    scenario = given.scenarios[number]
     study = path.parent / (scenario.study or given.study)
     text, tree = read_tree(study, scenario.set)
+    if any(each.file for each in scenario.observations):
+        units = _units(study_model(check(study, text, tree), study))
+        places = (f"scenarios.{number}.observations.{k}" for k in range(len(scenario.observations)))
+        pairs = zip(scenario.observations, places, strict=True)
+        read_in = tuple(_with_curve(each, key, units, Amounts(path)) for each, key in pairs)
+        scenario = scenario.model_copy(update={"observations": read_in})
     return Case(scenario, study, text, tree, tuple(_observed(each) for each in scenario.observations))
+
+
+def _units(model: Model) -> dict[str, str]:
+    """Quantity of a solution -> its unit."""
+    units = {each.name: each.unit for each in (*model.tables.states, *model.tables.outputs)}
+    return units | {channel.name: channel.unit for channel in model.tables.inputs}
+
+
+def _with_curve(observation: Observation, key: str, units: Mapping[str, str], amounts: Amounts) -> Observation:
+    """The observation with t and values from its file, in s and in the quantity's unit."""
+    if observation.file is None:
+        return observation
+    if observation.quantity not in units:
+        raise amounts.wrong(f"{key}.quantity", unknown("quantity", observation.quantity, units))
+    file, (time, value) = amounts.file(f"{key}.file", observation.file), observation.columns
+    with amounts.at(f"{key}.file"):
+        t, values, row = samples_from_csv(file, time, value, unit=units[observation.quantity])
+        table_at(t, values, "linear", None, row)  # names a bad sample by its line
+    return observation.model_copy(update={"t": tuple(t.tolist()), "values": tuple(values.tolist())})
 
 
 def _observed(observation: Observation) -> tuple[Vector | None, Vector]:

@@ -36,8 +36,10 @@ class Unknown(Table):
 
 
 class Observation(Table):
-    """What was seen of one quantity: a number (value), or a curve (t and values).
+    """What was seen of one quantity: a number (value), or a curve (t and values, or a CSV file).
 
+    file: a CSV file beside the identification; columns: its times and values, by heading or place from 0. Units in its
+    heading are converted; columns without one are taken as s and as the quantity's unit.
     sigma: its standard error, in the quantity's unit. change: of the quantity minus its value at the start of the run.
     measure, after, before, at: of a number, what is taken of the run, and where in it, s. source: who says so.
     """
@@ -53,12 +55,14 @@ class Observation(Table):
     at: float | None = None
     t: tuple[float, ...] | None = None
     values: tuple[float, ...] | None = None
+    file: str | None = None
+    columns: tuple[str | int, str | int] = (0, 1)
 
     @model_validator(mode="after")
     def _one_kind(self) -> "Observation":
-        given = [self.value is not None, self.t is not None and self.values is not None]
+        given = [self.value is not None, self.t is not None and self.values is not None, self.file is not None]
         if sum(given) != 1:
-            raise ValueError("expected either value, or t and values")
+            raise ValueError("expected either value, or t and values, or file")
         if self.t is not None and (len(self.t) != len(self.values or ()) or len(self.t) < 1):
             raise ValueError(f"t has {len(self.t)} numbers and values {len(self.values or ())}, expected as many")
         if self.value is not None and (self.measure == "at") != (self.at is not None):

@@ -2,12 +2,14 @@
 
 import time
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
 
+from runner.compiled import compiled
 from runner.events.kinds import EventLog, names_of, watch_for
 from runner.events.search import WATCH
 from runner.memory import address, record
@@ -90,10 +92,11 @@ class Run:
         )
 
     def drive(self, advance: Callable[..., Any]) -> Trajectory:
-        """Call advance(space, control, points, watch, most_steps) to the run's end.
+        """Call the method's loop, advance(space, s, points, watch, most_steps), compiled, to the run's end.
 
         Raises ValueError for initial values that cannot be made consistent with the algebraic equations.
         """
+        loop = compiled_loop(advance, self.control.dtype)
         start, n = time.perf_counter(), int(self.space["n"])
         t0, span = float(self.problem.t0), float(self.problem.t1) - float(self.problem.t0)
         most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
@@ -101,7 +104,7 @@ class Run:
         def one_slice() -> int:
             if self.control["phase"] == CORRECT and not self._make_consistent():
                 return Status.NEWTON_FAILURE
-            return advance(self.space, self.control, self.points(), self.watch, most_steps)
+            return loop(self.space, self.control, self.points(), self.watch, most_steps)
 
         status = drive(
             one_slice,
@@ -150,10 +153,11 @@ class Run:
         )
 
 
-def loop_signature(control: np.dtype, *more: np.dtype) -> Any:
-    """The signature of the loops that `Run.drive` calls, with further records at the end."""
-    records = map(from_dtype, (SPACE, control, POINTS, WATCH))
-    return types.int64(*records, types.int64, *map(from_dtype, more))
+@cache
+def compiled_loop(advance: Callable[..., Any], control: np.dtype) -> Any:
+    """A method's loop, with `control` the type of its record of scalars."""
+    signature = types.int64(*map(from_dtype, (SPACE, control, POINTS, WATCH)), types.int64)
+    return compiled(signature, error_model="numpy", nogil=True)(advance)
 
 
 def stops(problem: Problem) -> Array:

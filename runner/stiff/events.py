@@ -1,11 +1,9 @@
 """Events of stiff methods: those of `events`, located on the polynomial of the step."""
 
-import numpy as np
-
 from runner.compiled import compiled
-from runner.events.search import NONE, crossed, earliest, event_value, watch_start
-from runner.memory import LEAN, floats, integers
-from runner.stiff.space import INLINE, WITHIN, X_NEW, X
+from runner.events.search import NONE, bisect, earliest, event_value, mark_crossed, watch_start
+from runner.memory import INLINE, LEAN, floats, integers
+from runner.stiff.space import WITHIN, X_NEW, X, vectors
 from runner.stiff.system import SIDE, evaluate_polynomial, set_inputs
 
 
@@ -18,24 +16,17 @@ def watch_segment(space, s, v, points, watch):
 
 
 @compiled(**INLINE)
-def watch_step(space, s, v, watch):
-    """Write the values at the end of a step and mark the events that happened in it; returns how many."""
-    happened = 0
-    before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
-    theta, direction = floats(watch.theta, watch.count), integers(watch.direction, watch.count)
+def watch_step(space, s, watch):
+    """Write the values at the end of a step and mark its events; returns how many."""
     set_inputs(space, s.t_new, s.t_new - SIDE * s.length)
-    for i in range(watch.count):
-        after[i] = event_value(i, space, watch, s.t_new, space.n * X_NEW)
-        theta[i] = 1.0 if crossed(before[i], after[i], direction[i]) else NONE
-        happened += theta[i] != NONE
-    return happened
+    return mark_crossed(space, watch, s.t_new, space.n * X_NEW)
 
 
 @compiled(**INLINE)
 def finish_events(space, s, v, points, watch, happened):
     """Locate the marked events on the polynomial of the step, record them; a terminal one becomes the step's end."""
     if happened > 0:
-        locate(space, s, v, watch)
+        bisect(space, watch, s.t, s.length, value_within, s)
         theta = record_all(space, s, v, points, watch)
         if theta != NONE:
             s.terminated = True
@@ -48,28 +39,13 @@ def finish_events(space, s, v, points, watch, happened):
         before[i] = after[i]
 
 
-@compiled(**INLINE)
-def locate(space, s, v, watch):
-    """Find theta of the marked events by bisection, to the resolution of time; the crossed side of it."""
-    before, theta = floats(watch.before, watch.count), floats(watch.theta, watch.count)
-    resolution = max(2.0 * np.spacing(abs(s.t) + s.length) / s.length, 1e-16)
-    for i in range(watch.count):
-        if theta[i] == NONE:
-            continue
-        low, high = 0.0, 1.0
-        while high - low > resolution:
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            t = s.t + middle * s.length
-            evaluate_polynomial(v, middle)
-            set_inputs(space, t, t)
-            value = event_value(i, space, watch, t, space.n * WITHIN)
-            if (value >= 0.0) if before[i] < 0.0 else (value <= 0.0):
-                high = middle
-            else:
-                low = middle
-        theta[i] = high
+@compiled(**LEAN)
+def value_within(i, space, watch, s, theta):
+    """The function of event i at part theta of the step."""
+    t = s.t + theta * s.length
+    evaluate_polynomial(vectors(space), theta)
+    set_inputs(space, t, t)
+    return event_value(i, space, watch, t, space.n * WITHIN)
 
 
 @compiled(**LEAN)

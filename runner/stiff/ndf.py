@@ -4,31 +4,20 @@ L. F. Shampine, M. W. Reichelt, "The MATLAB ODE Suite", SIAM J. Sci. Comput. 18 
 Reichelt, Kierzenka, SIAM Review 41 (1999) 538-552.
 """
 
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from runner.compiled import compiled
+from runner.memory import INLINE
 from runner.options import Options
 from runner.problem import Problem, Trajectory
-from runner.stiff.driver import Run, loop_signature
-from runner.stiff.events import finish_events, watch_step
+from runner.stiff.driver import Run
+from runner.stiff.loop import take_steps
 from runner.stiff.ndf_choice import choose_after_success
 from runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, HIGHEST_ORDER, PREDICTED, PSI, ROWS, prepare_polynomial
 from runner.stiff.ndf_step import form_matrix, step
-from runner.stiff.run import (
-    RUNNING,
-    START,
-    STEP,
-    begin_segment,
-    check_step,
-    finish_step,
-    must_return,
-    save_step,
-    wants_inner_points,
-)
-from runner.stiff.space import INLINE, F, X, control_type, vectors
+from runner.stiff.space import F, X, control_type
 from runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
@@ -78,36 +67,7 @@ def _limited(rate, longest, shortest):
 
 def advance(space, s, points, watch, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
-    v = vectors(space)
-    status = RUNNING
-    for _ in range(most_steps):
-        if must_return(s, points, watch):
-            break
-        if s.phase == START:
-            status = begin_segment(space, s, v, points, watch)
-            if status == RUNNING:
-                first_step(space, s, v)
-        if status == RUNNING and s.phase == STEP:
-            status = step(space, s, v)
-            if status == RUNNING:
-                status = check_step(s, v)
-            if status == RUNNING:
-                happened = watch_step(space, s, v, watch)
-                if happened > 0 or wants_inner_points(s, points):
-                    prepare_polynomial(s, v)
-                finish_events(space, s, v, points, watch, happened)
-        if status != RUNNING or not save_step(s, v, points):
-            break
-        choose_after_success(s, v)
-        status = finish_step(s, v, points)
-        if status != RUNNING:
-            break
-    return status
-
-
-@cache
-def _compiled_advance() -> Any:
-    return compiled(loop_signature(CONTROL), error_model="numpy", nogil=True)(advance)
+    return take_steps(space, s, points, watch, most_steps, first_step, step, prepare_polynomial, choose_after_success)
 
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
@@ -119,4 +79,4 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     consistent.
     """
     run = Run(problem, options, ROWS, CONTROL, max_order=options.max_order, bdf=options.bdf)
-    return run.drive(_compiled_advance())
+    return run.drive(advance)

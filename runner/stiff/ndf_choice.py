@@ -4,9 +4,9 @@ Shampine & Reichelt (1997), section 2.3, with the constants of the published cod
 """
 
 from runner.compiled import compiled
-from runner.memory import LEAN
+from runner.memory import INLINE, LEAN
 from runner.stiff.ndf_formulas import CORRECTION, DIF, ERROR
-from runner.stiff.space import INLINE, WEIGHTS
+from runner.stiff.space import WEIGHTS
 from runner.stiff.system import weighted_norm
 
 

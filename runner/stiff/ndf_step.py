@@ -6,11 +6,11 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 import numpy as np
 
 from runner.compiled import compiled
-from runner.memory import LEAN
+from runner.memory import INLINE, LEAN
 from runner.problem import Status
 from runner.stiff.ndf_choice import choose_after_failure
 from runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, ERROR, GAMMA, INVERSE, PREDICTED, PSI, rescale
-from runner.stiff.space import INLINE, X_NEW, F, X, square
+from runner.stiff.space import X_NEW, F, X, square
 from runner.stiff.system import (
     SIDE,
     evaluate_f,

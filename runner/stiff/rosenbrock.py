@@ -4,8 +4,7 @@ For lightly damped oscillations, where backward differences are barely stable, a
 G. Steinebach, BIT Numer. Math. 63 (2023) 27; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7.
 """
 
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,21 +14,10 @@ from runner.explicit.controller import control_for
 from runner.memory import LEAN
 from runner.options import Options
 from runner.problem import Problem, Trajectory
-from runner.stiff.driver import Run, loop_signature
-from runner.stiff.events import finish_events, watch_step
+from runner.stiff.driver import Run
+from runner.stiff.loop import take_steps
 from runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, step
-from runner.stiff.run import (
-    RUNNING,
-    START,
-    STEP,
-    begin_segment,
-    check_step,
-    finish_step,
-    must_return,
-    save_step,
-    wants_inner_points,
-)
-from runner.stiff.space import F, X, control_type, vectors
+from runner.stiff.space import F, X, control_type
 from runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
@@ -38,7 +26,10 @@ if TYPE_CHECKING:
 #: The estimate of the error is O(h^5).
 ERROR_ORDER = 5
 DEFAULT_CONTROLLER = "pi"
-CONTROL = control_type([("next_h", "f8"), ("last_error", "f8")])
+#: Settings of the step control; every run has rtol and limit.
+STEPPING = [name for name in STEP_CONTROL.names or () if name not in ("rtol", "limit")]
+#: next_h: the controller's step; last_error: of the step before.
+CONTROL = control_type([*((name, STEP_CONTROL[name]) for name in STEPPING), ("next_h", "f8"), ("last_error", "f8")])
 
 
 @compiled(**LEAN)
@@ -61,38 +52,15 @@ def first_step(space, s, v):
     s.h = min(s.h, part * np.sqrt(2.0 / weighted_norm(s, v, ARGUMENT)))
 
 
-def advance(space, s, points, watch, most_steps, step_control):
+@compiled(**LEAN)
+def choose_next(s, v):
+    """The next step is the controller's."""
+    s.h = s.next_h
+
+
+def advance(space, s, points, watch, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
-    v = vectors(space)
-    status = RUNNING
-    for _ in range(most_steps):
-        if must_return(s, points, watch):
-            break
-        if s.phase == START:
-            status = begin_segment(space, s, v, points, watch)
-            if status == RUNNING:
-                first_step(space, s, v)
-        if status == RUNNING and s.phase == STEP:
-            status = step(space, step_control, s, v)
-            if status == RUNNING:
-                status = check_step(s, v)
-            if status == RUNNING:
-                happened = watch_step(space, s, v, watch)
-                if happened > 0 or wants_inner_points(s, points):
-                    prepare_polynomial(v)
-                finish_events(space, s, v, points, watch, happened)
-        if status != RUNNING or not save_step(s, v, points):
-            break
-        s.h = s.next_h
-        status = finish_step(s, v, points)
-        if status != RUNNING:
-            break
-    return status
-
-
-@cache
-def _compiled_advance() -> Any:
-    return compiled(loop_signature(CONTROL, STEP_CONTROL), error_model="numpy", nogil=True)(advance)
+    return take_steps(space, s, points, watch, most_steps, first_step, step, prepare_polynomial, choose_next)
 
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
@@ -105,6 +73,5 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     """
     name = options.controller or DEFAULT_CONTROLLER
     step_control = control_for(name, ERROR_ORDER, options.rtol, float(options.divergence_limit))
-    run = Run(problem, options, ROWS, CONTROL)
-    loop = _compiled_advance()
-    return run.drive(lambda *arguments: loop(*arguments, step_control))
+    run = Run(problem, options, ROWS, CONTROL, **{field: step_control[field] for field in STEPPING})
+    return run.drive(advance)

@@ -37,7 +37,7 @@ RUNNING, NON_FINITE, STEP_UNDERFLOW = int(Status.RUNNING), int(Status.NON_FINITE
 
 
 @compiled(**LEAN)
-def step(space, control, s, v):
+def step(space, s, v):
     """Take one accepted step from (s.t, v[X]) to (s.t_new, v[X_NEW]); returns RUNNING, or how it failed."""
     s.h_min = 16.0 * np.spacing(abs(s.t))
     s.h = min(s.h_max, max(s.h_min, s.h))
@@ -50,13 +50,13 @@ def step(space, control, s, v):
     time_derivative(space, s, v, np.sqrt(EPS * max(abs(s.t), s.h) * s.h), DFDT)
     failures = 0
     while True:
-        if control.stretch * s.h >= s.segment_end - s.t:
+        if s.stretch * s.h >= s.segment_end - s.t:
             s.h = s.segment_end - s.t
             s.reaches_end = True
         s.t_new = s.segment_end if s.reaches_end else s.t + s.h
-        error = _attempt(space, control, s, v)
+        error = _attempt(space, s, v)
         if error <= 1.0:
-            s.next_h = s.h * after_success(control, error, s.last_error, failures > 0)
+            s.next_h = s.h * after_success(s, error, s.last_error, failures > 0)
             s.last_error = error
             return RUNNING
         failures += 1
@@ -67,11 +67,11 @@ def step(space, control, s, v):
             s.failed_state = culprit if culprit >= 0 else worst
             return STEP_UNDERFLOW if error < np.inf and culprit < 0 else NON_FINITE
         s.reaches_end = False
-        s.h = max(s.h_min, s.h * after_failure(control, min(error, 1e30), failures))
+        s.h = max(s.h_min, s.h * after_failure(s, min(error, 1e30), failures))
 
 
 @compiled(**LEAN)
-def _attempt(space, control, s, v):
+def _attempt(space, s, v):
     """All stages with the step s.h; returns the error, where 1 is just good enough."""
     n = space.n
     factorize_shifted(space, s, 1.0 / (GAMMA * s.h), 1.0)
@@ -92,7 +92,7 @@ def _attempt(space, control, s, v):
         solve_factorized(space, s, U + i)
     for j in range(n):
         v[X_NEW, j] = v[ARGUMENT, j] + v[LAST, j]
-    return _scaled_error(control, s, v)
+    return _scaled_error(s, v)
 
 
 @compiled(**LEAN)
@@ -123,13 +123,13 @@ def _add_past(space, s, v, i):
 
 
 @compiled(**LEAN)
-def _scaled_error(control, s, v):
+def _scaled_error(s, v):
     """Size of the error estimate, the last stage, over the tolerance: largest, or root mean square if so controlled."""
     set_weights(v, X_NEW)
     largest = weighted_norm(s, v, LAST)
     if not largest < np.inf:
         return np.inf
-    if control.kind == MATLAB:
+    if s.kind == MATLAB:
         return largest / s.rtol
     total = 0.0
     for i in range(v.shape[1]):
@@ -139,7 +139,7 @@ def _scaled_error(control, s, v):
 
 
 @compiled(**LEAN)
-def prepare_polynomial(v):
+def prepare_polynomial(s, v):
     """Write the dense output, of order 4, of the step just taken."""
     for i in range(v.shape[1]):
         D1, D2, D3 = 0.0, 0.0, 0.0

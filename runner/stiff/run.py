@@ -7,10 +7,10 @@ in a low derivative of it, makes what it knew of the past worthless.
 import numpy as np
 
 from runner.compiled import compiled
-from runner.memory import LEAN, floats, layout
+from runner.memory import INLINE, LEAN, floats, layout
 from runner.problem import Status
 from runner.stiff.events import watch_segment
-from runner.stiff.space import INLINE, WITHIN, X_NEW, F, X
+from runner.stiff.space import WITHIN, X_NEW, F, X
 from runner.stiff.system import SIDE, evaluate_f, evaluate_jacobian, evaluate_polynomial, set_inputs
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)

@@ -8,14 +8,11 @@ from numpy.typing import NDArray
 from runner.abi import MATRIX_KERNEL, VECTOR_KERNEL
 from runner.compiled import compiled
 from runner.inputs.reader import reader_for
-from runner.memory import LEAN, VIEW, address, layout, matrix, record, writable
+from runner.memory import VIEW, address, layout, matrix, record, writable
 from runner.options import Options
 from runner.pointers import pointer
 from runner.problem import Problem
 from runner.stiff.linear_algebra import find_lapack
-
-#: Options of numba for functions that are called from one place: compiled with their caller, not twice.
-INLINE = {**LEAN, "inline": "always"}
 
 #: Rows of the vectors v that every stiff method has: present and new state, f, atol/rtol (relative to at least that an
 #: error counts), 1/(size against which errors count), two rows of scratch, a state within the step, and the step as a
