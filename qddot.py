@@ -9,6 +9,7 @@
 Everything is imported when it is first used, so that `qddot --help` costs nothing.
 """
 
+import atexit
 import gc
 import os
 from contextlib import nullcontext
@@ -276,8 +277,9 @@ def _report(
 
 
 def _start_quickly() -> None:
-    """Spare a command what slows its imports down: looking for garbage there, and starting threads of a BLAS."""
+    """Spare a command looking for garbage among its imports and at its end, and starting threads of a BLAS."""
     gc.set_threshold(200_000)
+    atexit.register(gc.freeze)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
