@@ -99,7 +99,7 @@ def _equations(
     quiet: Annotated[bool, typer.Option("--quiet", help="Print no equations, only what was written.")] = False,
 ) -> None:
     """Show the derived equations, and write them as HTML and, where LaTeX is installed, as PDF."""
-    from codegen.command import equations
+    from codegen.equations.command import equations
 
     raise typer.Exit(equations(tuple(names or ()), into, quiet))
 
@@ -270,7 +270,7 @@ def _report(
     pdf: Annotated[bool, typer.Option(help="Print it as PDF, too, where a browser is installed.")] = True,
 ) -> None:
     """Write the report of the M113 paper: one HTML page with equations, claims, plots and an animation; and as PDF."""
-    from codegen.command import equations_page
+    from codegen.equations.command import equations_page
     from runner.paper.command import write_report
 
     write_report(claims, equations_page("m113"), into, pdf)
