@@ -9,15 +9,17 @@
 Everything is imported when it is first used, so that `qddot --help` costs nothing.
 """
 
+import argparse
 import atexit
 import gc
 import os
+import sys
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any, NamedTuple
 
 _PUBLIC = {
     "EquilibriumError": "runner.equilibrium",
@@ -69,231 +71,247 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(_PUBLIC[name]), name)
 
 
-app = typer.Typer(
-    name="qddot",
-    help="Lagrange's equations from T, Π and Φ to compiled simulations.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
-
-Models = Annotated[list[str] | None, typer.Argument(help="Names of models, or files that define one; all by default.")]
+_ABOUT = "Lagrange's equations from T, Π and Φ to compiled simulations."
 
 
-@app.command("generate")
-def _generate(
-    names: Models = None,
-    into: Annotated[Path | None, typer.Option(help="Folder to write to; generated/ for the shipped models.")] = None,
-    check: Annotated[bool, typer.Option("--check", help="Write nothing; print what differs, and exit with 1.")] = False,
-) -> None:
-    """Derive models and write their kernels and equations."""
-    from codegen.command import generate
+class _Argument(NamedTuple):
+    """What `argparse.ArgumentParser.add_argument` takes."""
 
-    raise typer.Exit(generate(tuple(names or ()), into, check))
+    names: tuple[str, ...]
+    settings: dict[str, Any]
 
 
-@app.command("equations")
-def _equations(
-    names: Models = None,
-    into: Annotated[Path, typer.Option(help="Folder for the HTML pages and PDFs.")] = Path("results/equations"),
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print no equations, only what was written.")] = False,
-) -> None:
-    """Show the derived equations, and write them as HTML and, where LaTeX is installed, as PDF."""
-    from codegen.equations.command import equations
+class _Command(NamedTuple):
+    """A command: `function` does it and gives the exit status; its parameters are what the arguments are called."""
 
-    raise typer.Exit(equations(tuple(names or ()), into, quiet))
+    function: Callable[..., int]
+    help: str
+    arguments: tuple[_Argument, ...]
 
 
-@app.command("compare")
-def _compare(
-    equations: Annotated[Path, typer.Argument(help="Hand-written equations: a text file, see studies/paper/.")],
-    model: Annotated[str | None, typer.Option(help="The model, where the file names none.")] = None,
-    latex: Annotated[bool, typer.Option("--latex", help="Print a LaTeX document.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-) -> None:
-    """Compare hand-written equations of motion with those derived, term by term; exits with 1 where they differ."""
-    from codegen.compare.command import run
-
-    raise typer.Exit(run(equations, model, "json" if as_json else "latex" if latex else "text"))
+def _call(room: str, name: str, /, **given: Any) -> int:
+    """Import a function, and call it."""
+    status: int = getattr(import_module(room), name)(**given)
+    return status
 
 
-StudyFile = Annotated[Path, typer.Argument(help="A study: a TOML file, see studies/.")]
-Store = Annotated[Path, typer.Argument(help="The Zarr store of a batch.")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change the study: parameters.m_6=11t, inputs.F.times=[1,2.85]."),
-]
-
-
-@app.command("run")
-def _run(
-    study: StudyFile,
-    into: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results"),
-    figure: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
-    settings: Settings = None,
-    row: Annotated[int | None, typer.Option(help="Run this run of the study's sweep, counted from 0.")] = None,
-) -> None:
-    """Run a study once: a NetCDF file, a figure and a summary."""
+def _run(study: Path, into: Path, figure: bool, settings: Sequence[str], row: int | None) -> int:
     from runner.report.background import Drawing
 
     with Drawing() if figure else nullcontext() as drawing:  # imports matplotlib while this process imports numba
         from runner.command import run_and_write
 
-        status = run_and_write(study, into, drawing, settings or (), row)
-    raise typer.Exit(status)
+        return run_and_write(study, into, drawing, settings, row)
 
 
-@app.command("identify")
-def _identify(
-    study: Annotated[Path, typer.Argument(help="An identification: a TOML file, see studies/paper/identify_*.toml.")],
-    into: Annotated[Path, typer.Option(help="Folder for the parameter set and the figure.")] = Path(
-        "results/identified"
-    ),
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and draw nothing.")] = False,
-) -> None:
-    """Fit unknowns of studies to observations, and say how sure each is."""
-    from runner.identify.command import identify
-
-    raise typer.Exit(identify(study, into, as_json))
-
-
-@app.command("batch")
-def _batch(
-    study: StudyFile,
-    out: Annotated[Path | None, typer.Option(help="The Zarr store; results/STUDY.zarr by default.")] = None,
-    settings: Settings = None,
-    workers: Annotated[int | None, typer.Option(help="Compute in so many Dask worker processes.")] = None,
-    scheduler: Annotated[str | None, typer.Option(help="Compute on a Dask scheduler's workers, tcp://...")] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Remove a store that is there, and compute all again.")
-    ] = False,
-    figure: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
-) -> None:
-    """Run all runs of a study's sweep, or go on with a batch that was stopped."""
-    from runner.batch.command import batch
-
-    raise typer.Exit(batch(study, out, settings or (), workers, scheduler, fresh, figure))
-
-
-@app.command("summary")
-def _summary(store: Store) -> None:
-    """Sum a batch up: best, worst, quantiles, failures."""
-    from runner.batch.command import summary
-
-    raise typer.Exit(summary(store))
-
-
-@app.command("plot")
-def _plot(
-    store: Store,
-    metric: Annotated[list[str] | None, typer.Option(help="A metric to draw; all by default. Repeat for more.")] = None,
-    over: Annotated[list[str] | None, typer.Option(help="An axis of the sweep; twice for a map.")] = None,
-    runs: Annotated[str | None, typer.Option(help="Trajectories of these runs: 0,5,17, or best, or worst.")] = None,
-    into: Annotated[Path | None, typer.Option(help="The picture: PNG, SVG or PDF.")] = None,
-) -> None:
-    """Draw a batch: metrics over one axis, a map over two, trajectories of chosen runs."""
-    from runner.batch.command import plot
-
-    raise typer.Exit(plot(store, metric or (), over or (), runs, into))
-
-
-@app.command("export")
-def _export(store: Store, to: Annotated[Path, typer.Option(help="FILE.csv or FILE.parquet.")]) -> None:
-    """Export a batch as a table, one line a run."""
-    from runner.batch.command import write_export
-
-    raise typer.Exit(write_export(store, to))
-
-
-@app.command("schema")
-def _schema(
-    into: Annotated[Path | None, typer.Option(help="Write it to this file; printed by default.")] = None,
-) -> None:
-    """Give the JSON Schema of studies, for editors."""
-    from runner.study.json_schema import write_schema
-
-    raise typer.Exit(write_schema(into))
-
-
-@app.command("list")
-def _list(
-    what: Annotated[str, typer.Argument(help="models, studies, library, methods or metrics; all by default.")] = "all",
-) -> None:
-    """List models, studies, the library's guns and roads, integration methods and metrics."""
-    from runner.command import catalogue
-
-    raise typer.Exit(catalogue(what))
-
-
-@app.command("show")
-def _show(
-    name: Annotated[str, typer.Argument(help="A model's name, a generated module, or a study (.toml).")],
-    parameters: Annotated[str | None, typer.Option(help="Parameter set for the modes; all sets by default.")] = None,
-    into: Annotated[Path, typer.Option(help="Folder for the figure of a study's inputs.")] = Path("results"),
-) -> None:
-    """Show a model: its tables, static equilibrium and modes; or a study: what drives it, as a table and a figure."""
-    from runner.command import show
-
-    raise typer.Exit(show(name, parameters, into))
-
-
-@app.command("verify")
-def _verify(
-    into: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("results/verification"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and draw nothing.")] = False,
-) -> None:
-    """Verify section 3.1 of the M113 paper: six schemes against the analytic solution."""
-    from runner.paper.command import verification
-
-    raise typer.Exit(verification(into, as_json))
-
-
-@app.command("paper")
-def _paper(
-    claims: Annotated[
-        Path | None, typer.Option(help="Settings and claims; studies/paper/paper.toml by default.")
-    ] = None,
-    into: Annotated[Path, typer.Option(help="Folder for the figures and the claims.")] = Path("results/paper"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and draw nothing.")] = False,
-) -> None:
-    """Compute the M113 paper again and judge its claims; exits with 1 where one is no longer met."""
-    from runner.command import STUDIES
-    from runner.paper.command import paper
-
-    raise typer.Exit(paper(claims or STUDIES / "paper" / "paper.toml", into, as_json))
-
-
-@app.command("report")
-def _report(
-    claims: Annotated[Path, typer.Option(help="What `qddot paper` wrote.")] = Path("results/paper/claims.json"),
-    into: Annotated[Path, typer.Option(help="The page to write.")] = Path("results/paper/report.html"),
-    pdf: Annotated[bool, typer.Option(help="Print it as PDF, too, where a browser is installed.")] = True,
-) -> None:
-    """Write the report of the M113 paper: one HTML page with equations, claims, plots and an animation; and as PDF."""
+def _report(claims: Path, into: Path, pdf: bool) -> int:
     from codegen.equations.command import equations_page
     from runner.paper.command import write_report
 
     write_report(claims, equations_page("m113"), into, pdf)
+    return 0
+
+
+def _argument(*names: str, **settings: Any) -> _Argument:
+    return _Argument(names, settings)
+
+
+def _flag(name: str, help: str, **settings: Any) -> _Argument:
+    return _argument(name, action="store_true", help=help, **settings)
+
+
+def _path(name: str, help: str, default: str | None = None) -> _Argument:
+    written = f"{help}; {default} by default." if default else help
+    return _argument(name, metavar="PATH", type=Path, default=Path(default) if default else None, help=written)
+
+
+def _several(name: str, metavar: str, help: str, **settings: Any) -> _Argument:
+    return _argument(name, metavar=metavar, action="append", default=[], help=help, **settings)
+
+
+def _switch(name: str, help: str) -> _Argument:
+    return _argument(name, action=argparse.BooleanOptionalAction, default=True, help=help)
+
+
+_MODELS = _argument("names", metavar="MODEL", nargs="*", help="Models, or files that define one; all by default.")
+_STUDY = _argument("study", metavar="STUDY", type=Path, help="A study: a TOML file, see studies/.")
+_STORE = _argument("store", metavar="STORE", type=Path, help="The Zarr store of a batch.")
+_SET = _several("--set", "KEY=VALUE", "Change the study: parameters.m_6=11t, inputs.F.times=[1,2.85].", dest="settings")
+_FIGURE = _switch("--figure", "Draw the figure, or not.")
+_PAPER = Path(__file__).parent / "studies" / "paper" / "paper.toml"
+_JSON = _flag("--json", "Print JSON and draw nothing.", dest="as_json")
+
+_COMMANDS = {
+    "generate": _Command(
+        partial(_call, "codegen.command", "generate"),
+        "Derive models and write their kernels and equations.",
+        (
+            _MODELS,
+            _path("--into", "Folder to write to; generated/ for the shipped models."),
+            _flag("--check", "Write nothing; print what differs, and exit with 1."),
+        ),
+    ),
+    "equations": _Command(
+        partial(_call, "codegen.equations.command", "equations"),
+        "Show the derived equations, and write them as HTML and, where LaTeX is installed, as PDF.",
+        (
+            _MODELS,
+            _path("--into", "Folder for the HTML pages and PDFs", "results/equations"),
+            _flag("--quiet", "Print no equations, only what was written."),
+        ),
+    ),
+    "compare": _Command(
+        partial(_call, "codegen.compare.command", "run"),
+        "Compare hand-written equations of motion with those derived, term by term; exits with 1 where they differ.",
+        (
+            _argument("path", metavar="EQUATIONS", type=Path, help="A text file of equations, see studies/paper/."),
+            _argument("--model", dest="name", metavar="NAME", help="The model, where the file names none."),
+            _argument("--latex", dest="form", action="store_const", const="latex", default="text", help="Print LaTeX."),
+            _argument("--json", dest="form", action="store_const", const="json", help="Print JSON."),
+        ),
+    ),
+    "run": _Command(
+        _run,
+        "Run a study once: a NetCDF file, a figure and a summary.",
+        (
+            _STUDY,
+            _path("--into", "Folder for the results", "results"),
+            _FIGURE,
+            _SET,
+            _argument("--row", type=int, help="Run this run of the study's sweep, counted from 0."),
+        ),
+    ),
+    "identify": _Command(
+        partial(_call, "runner.identify.command", "identify"),
+        "Fit unknowns of studies to observations, and say how sure each is.",
+        (
+            _argument("path", metavar="STUDY", type=Path, help="A TOML file, see studies/paper/identify_*.toml."),
+            _path("--into", "Folder for the parameter set and the figure", "results/identified"),
+            _JSON,
+        ),
+    ),
+    "batch": _Command(
+        partial(_call, "runner.batch.command", "batch"),
+        "Run all runs of a study's sweep, or go on with a batch that was stopped.",
+        (
+            _STUDY,
+            _path("--out", "The Zarr store; results/STUDY.zarr by default."),
+            _SET,
+            _argument("--workers", type=int, help="Compute in so many Dask worker processes."),
+            _argument("--scheduler", metavar="TCP://...", help="Compute on a Dask scheduler's workers."),
+            _flag("--fresh", "Remove a store that is there, and compute all again."),
+            _FIGURE,
+        ),
+    ),
+    "summary": _Command(
+        partial(_call, "runner.batch.command", "summary"),
+        "Sum a batch up: best, worst, quantiles, failures.",
+        (_STORE,),
+    ),
+    "plot": _Command(
+        partial(_call, "runner.batch.command", "plot"),
+        "Draw a batch: metrics over one axis, a map over two, trajectories of chosen runs.",
+        (
+            _STORE,
+            _several("--metric", "METRIC", "A metric to draw; all by default. Repeat for more.", dest="metrics"),
+            _several("--over", "AXIS", "An axis of the sweep; twice for a map."),
+            _argument("--runs", help="Trajectories of these runs: 0,5,17, or best, or worst."),
+            _path("--into", "The picture: PNG, SVG or PDF."),
+        ),
+    ),
+    "export": _Command(
+        partial(_call, "runner.batch.command", "write_export"),
+        "Export a batch as a table, one line a run.",
+        (_STORE, _argument("--to", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet.")),
+    ),
+    "schema": _Command(
+        partial(_call, "runner.study.json_schema", "write_schema"),
+        "Give the JSON Schema of studies, for editors.",
+        (_argument("--into", dest="path", metavar="PATH", type=Path, help="Write it here; printed by default."),),
+    ),
+    "list": _Command(
+        partial(_call, "runner.command", "catalogue"),
+        "List models, studies, the library's guns and roads, integration methods and metrics.",
+        (
+            _argument(
+                "what",
+                metavar="WHAT",
+                nargs="?",
+                default="all",
+                help="models, studies, library, methods or metrics; all by default.",
+            ),
+        ),
+    ),
+    "show": _Command(
+        partial(_call, "runner.command", "show"),
+        "Show a model: its tables, static equilibrium and modes; or a study: what drives it, as a table and a figure.",
+        (
+            _argument("name", metavar="NAME", help="A model's name, a generated module, or a study (.toml)."),
+            _argument("--parameters", metavar="SET", help="Parameter set for the modes; all sets by default."),
+            _path("--into", "Folder for the figure of a study's inputs", "results"),
+        ),
+    ),
+    "verify": _Command(
+        partial(_call, "runner.paper.command", "verification"),
+        "Verify section 3.1 of the M113 paper: six schemes against the analytic solution.",
+        (_path("--into", "Folder for the figures", "results/verification"), _JSON),
+    ),
+    "paper": _Command(
+        partial(_call, "runner.paper.command", "paper"),
+        "Compute the M113 paper again and judge its claims; exits with 1 where one is no longer met.",
+        (
+            _argument("--claims", dest="path", metavar="PATH", type=Path, default=_PAPER, help="Settings and claims."),
+            _path("--into", "Folder for the figures and the claims", "results/paper"),
+            _JSON,
+        ),
+    ),
+    "report": _Command(
+        _report,
+        "Write the report of the M113 paper: one HTML page with equations, claims, plots and an animation; and as PDF.",
+        (
+            _path("--claims", "What `qddot paper` wrote", "results/paper/claims.json"),
+            _path("--into", "The page to write", "results/paper/report.html"),
+            _switch("--pdf", "Print it as PDF, too, where a browser is installed, or not."),
+        ),
+    ),
+}
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="qddot", description=_ABOUT, allow_abbrev=False)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, command in _COMMANDS.items():
+        own = commands.add_parser(name, help=command.help, description=command.help, allow_abbrev=False)
+        for names, settings in command.arguments:
+            own.add_argument(*names, **settings)
+    return parser
 
 
 def _start_quickly() -> None:
-    """Spare a command looking for garbage among its imports and at its end, and starting threads of a BLAS."""
+    """Spare a command what it does not need: looking for garbage, a BLAS's threads, and a search for plugins."""
     gc.set_threshold(200_000)
     atexit.register(gc.freeze)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
 def main() -> None:
     """Run the command line; what a person gave wrongly ends in one message, never in a traceback."""
     _start_quickly()
+    given = vars(_parser().parse_args(sys.argv[1:] or ["--help"]))
     try:
-        app()
+        status = _COMMANDS[given.pop("command")].function(**given)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who read the output has gone, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = 1
     except (ValueError, OSError) as error:
-        typer.secho(f"error: {error}", fg="red", err=True)
-        raise SystemExit(2) from None
+        print(f"error: {error}", file=sys.stderr)
+        status = 2
     except KeyboardInterrupt:
-        typer.secho("interrupted", fg="red", err=True)
-        raise SystemExit(130) from None
+        print("interrupted", file=sys.stderr)
+        status = 130
+    raise SystemExit(status)
 
 
 if __name__ == "__main__":

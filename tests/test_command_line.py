@@ -1,11 +1,16 @@
 """The command line, used as a person uses it."""
 
+import inspect
 import subprocess
 import sys
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 import xarray
+
+from qddot import _COMMANDS, _parser
 
 ROOT = Path(__file__).parent.parent
 
@@ -101,3 +106,47 @@ def test_bad_arguments_end_in_one_message(tmp_path, arguments):
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert "Traceback" not in done.stderr
+
+
+NEEDED = {
+    **{name: ["name"] for name in ("compare", "run", "identify", "batch", "show", "summary", "plot")},
+    "export": ["name", "--to", "table.csv"],
+}
+
+
+@pytest.mark.parametrize("name", _COMMANDS)
+def test_a_command_gives_its_function_what_it_takes(name):
+    given = vars(_parser().parse_args([name, *NEEDED.get(name, [])]))
+    assert given.pop("command") == name
+    function = _COMMANDS[name].function
+    if isinstance(function, partial):
+        room, function_name = function.args
+        function = getattr(import_module(room), function_name)
+    inspect.signature(function).bind(**given)  # a TypeError where they differ
+
+
+def test_words_repeated_and_switched_off_arrive():
+    given = vars(_parser().parse_args(["run", "a.toml", "--set", "x=1", "--set", "y=2", "--no-figure", "--row", "3"]))
+    assert given["settings"] == ["x=1", "y=2"]
+    assert given["figure"] is False
+    assert given["row"] == 3
+    assert vars(_parser().parse_args(["run", "a.toml"]))["settings"] == []
+    assert vars(_parser().parse_args(["compare", "a.txt", "--json"]))["form"] == "json"
+    assert vars(_parser().parse_args(["compare", "a.txt"]))["form"] == "text"
+
+
+def test_a_mistyped_command_or_option_is_refused_and_no_command_shows_the_help():
+    for arguments in (["rn"], ["run", "a.toml", "--int", "x"], ["run"], ["run", "a.toml", "--row", "x"]):
+        done = qddot(*arguments)
+        assert done.returncode == 2
+        assert "usage: qddot" in done.stderr
+        assert arguments[-1] in done.stderr or "STUDY" in done.stderr
+    assert "Run a study once" in qddot().stdout
+
+
+def test_output_that_nobody_reads_any_more_is_no_error():
+    command = [sys.executable, str(ROOT / "qddot.py"), "schema"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 1
