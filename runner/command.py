@@ -38,7 +38,7 @@ def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Seq
 
 
 def _write(study: Study, solution: Solution, path: Path, into: Path, drawing: Drawing | None) -> int:
-    console = Console()
+    console = Console(emoji=False)
     title = study.title or path.stem
     data, picture = into / f"{path.stem}.nc", into / f"{path.stem}.png"
     if drawing is not None:

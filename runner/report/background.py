@@ -7,7 +7,8 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from threading import Thread
+from typing import IO, TYPE_CHECKING
 
 if TYPE_CHECKING:
     from runner.report.curves import Curves
@@ -23,15 +24,15 @@ class Drawing:
         self._process = subprocess.Popen(command, cwd=root, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def begin(self, curves: "Curves", path: Path) -> None:
-        """Hand over the curves and the file to draw them into."""
-        assert self._process.stdin is not None  # it is a pipe
-        with contextlib.suppress(BrokenPipeError), self._process.stdin as pipe:  # `finish` tells what ended it
-            pickle.dump((_plain(curves), path.absolute()), pipe)
-        self._process.stdin = None
+        """Hand over the curves and the file to draw them into; not held up where matplotlib is not ready."""
+        pipe, self._process.stdin = self._process.stdin, None
+        self._sending = Thread(target=_send, args=(pipe, pickle.dumps((_plain(curves), path.absolute()))), daemon=True)
+        self._sending.start()
 
     def finish(self) -> None:
         """Wait for the picture; OSError with the process's last words where it failed."""
         _, said = self._process.communicate()
+        self._sending.join()
         if self._process.returncode:
             words = said.decode(errors="replace").strip().splitlines() or ["no reason given"]
             raise OSError(f"the figure could not be drawn: {words[-1]}")
@@ -64,6 +65,11 @@ def main() -> None:
         shown = tuple(tuple(SimpleNamespace(**curve) for curve in panel) for panel in panels)
         draw(SimpleNamespace(title=title, t=t, panels=shown), path)  # type: ignore[arg-type]
         os._exit(0)  # the picture is written; taking matplotlib down would keep the user waiting
+
+
+def _send(pipe: IO[bytes], request: bytes) -> None:
+    with contextlib.suppress(BrokenPipeError), pipe:  # `finish` tells what ended the process
+        pipe.write(request)
 
 
 def _plain(curves: "Curves") -> tuple[object, ...]:

@@ -1,0 +1,46 @@
+"""The drawing process beside a run: it holds nothing up, draws what it is given, and says why where it cannot."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from runner.report.background import Drawing
+from runner.report.curves import Curve, Curves
+
+
+@pytest.fixture
+def curves():
+    t = np.linspace(0.0, 10.0, 50_001)  # far more than a pipe holds
+    return Curves("sine", t, ((Curve(np.sin(t), "m", "sine"),),))
+
+
+def test_a_process_that_is_not_ready_holds_the_run_up_in_no_way(curves, tmp_path):
+    with Drawing() as drawing:
+        os.kill(drawing._process.pid, signal.SIGSTOP)
+        drawing.begin(curves, tmp_path / "sine.png")  # would never return if it waited for the process
+        os.kill(drawing._process.pid, signal.SIGCONT)
+        drawing.finish()
+    assert (tmp_path / "sine.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_that_cannot_be_drawn_is_an_error_that_says_why(curves, tmp_path):
+    with Drawing() as drawing:
+        drawing.begin(curves, tmp_path / "sine.nonsense")
+        with pytest.raises(OSError, match=r"the figure could not be drawn: .*nonsense"):
+            drawing.finish()
+
+
+def test_a_process_that_was_killed_is_an_error(curves, tmp_path):
+    with Drawing() as drawing:
+        drawing._process.kill()
+        drawing.begin(curves, tmp_path / "sine.png")
+        with pytest.raises(OSError, match="no reason given"):
+            drawing.finish()
+
+
+def test_a_run_that_fails_before_its_figure_leaves_no_process():
+    with Drawing() as drawing:
+        pass
+    assert drawing._process.returncode is not None
