@@ -38,7 +38,7 @@ def test_a_kernel_sums_the_state_of_a_stage_by_itself(name, data):
 
 @njit
 def sums(base, h, weights, count, slopes, target, n):
-    sum_slopes(base, h, weights, count, slopes, target)
+    sum_slopes(base, h, weights, count, slopes, 8 * BLOCK, target)
     add_latest(target, h, slopes + 8 * BLOCK * count, n)
 
 

@@ -17,7 +17,7 @@ from runner.explicit.adaptive_loop import advance
 from runner.explicit.controller import CONTROL, control_for
 from runner.explicit.step import PAIR, pair_for
 from runner.explicit.tableau_adaptive import EmbeddedPair
-from runner.explicit.workspace import BLOCK_SIZE, SPACE, Y, space_for
+from runner.explicit.workspace import SPACE, space_for, state_of
 from runner.memory import BLOCK, address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -85,7 +85,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     coefficients, table = pair_for(pair)
     watch, watch_arrays = watch_for(options.events, int(space["n"]))
     log = _log(problem, options, pair, int(space["n"]))
-    course, work = log.course, space_arrays["work"].reshape(space["blocks"], BLOCK_SIZE)
+    course = log.course
     loop = _compiled_advance()
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * pair.tableau.stages))
 
@@ -99,7 +99,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         progress=options.progress,
         time_limit=options.time_limit,
     )
-    log.save(float(course["now"]), work[:, Y : Y + BLOCK].ravel()[: space["n"]])
+    log.save(float(course["now"]), state_of(space, space_arrays))
     del table, watch_arrays  # The loop knew them by address: they had to live until here.
     return _trajectory(log, status, names_of(options.events), time.perf_counter() - start)
 

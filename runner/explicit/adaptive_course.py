@@ -3,7 +3,7 @@
 from runner.compiled import compiled
 from runner.events.search import NONE, earliest
 from runner.explicit.step import interpolate, prepare_dense
-from runner.explicit.workspace import WITHIN, Y, gather
+from runner.explicit.workspace import WITHIN, Y, write_states
 from runner.memory import LEAN, floats, integers, layout
 
 #: Fields of the course of a run, besides the state itself. stops (n_stops,): breakpoints, then the end; stop: the next
@@ -25,7 +25,7 @@ def save(space, course, row, t):
     """Append a point."""
     place = course.saved
     floats(course.saved_t, course.room)[place] = t
-    gather(space, row, floats(course.saved_x + 8 * space.n * place, space.n))
+    write_states(space, row, course.saved_x + 8 * space.n * place)
     course.saved = place + 1
 
 
@@ -47,7 +47,7 @@ def record(space, pair, course, watch, i, t, h):
         row = WITHIN
     floats(course.found_t, course.event_room)[place] = t + theta * h
     integers(course.found_event, course.event_room)[place] = i
-    gather(space, row, floats(course.found_x + 8 * space.n * place, space.n))
+    write_states(space, row, course.found_x + 8 * space.n * place)
     course.found = place + 1
 
 

@@ -21,8 +21,8 @@ from runner.explicit.controller import (
 )
 from runner.explicit.slopes import settle, slope
 from runner.explicit.step import evaluate_next_slope, interpolate, take_step
-from runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, block, copy
-from runner.memory import BLOCK, LEAN, floats
+from runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy, states
+from runner.memory import LEAN, floats
 from runner.problem import Status
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
@@ -33,11 +33,10 @@ TOO_MANY_STEPS = int(Status.TOO_MANY_STEPS)
 @compiled(**LEAN)
 def largest(space):
     """Index of the largest scaled error."""
-    found, size = 0, -1.0
+    found, size, scaled = 0, -1.0, states(space, SCALED)
     for i in range(space.n):
-        scaled = block(space, i // BLOCK)[SCALED + i % BLOCK]
-        if scaled > size:
-            found, size = i, scaled
+        if scaled[i] > size:
+            found, size = i, scaled[i]
     return found
 
 
@@ -138,7 +137,7 @@ def complete_step(space, pair, course, status):
     elif course.max_steps > 0 and course.steps >= course.max_steps:
         status = TOO_MANY_STEPS
     copy(space, NEW, Y)
-    copy(space, K0 + BLOCK * pair.next_slope, K0)
+    copy(space, K0 + pair.next_slope, K0)
     course.next_wanted += wanted
     if wanted or course.refine > 0 or status != RUNNING:
         save(space, course, Y, course.now)

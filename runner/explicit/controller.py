@@ -13,8 +13,8 @@ import numpy as np
 
 from runner.compiled import compiled
 from runner.explicit.slopes import look_up, slope
-from runner.explicit.workspace import ATOL, BLOCK_SIZE, ERROR, K0, NEW, SCALED, STAGE, Y, block, copy
-from runner.memory import BLOCK, LEAN, floats, layout, record
+from runner.explicit.workspace import ATOL, ERROR, K0, NEW, SCALED, STAGE, Y, block, copy, states
+from runner.memory import BLOCK, LEAN, layout, record
 
 MATLAB, STANDARD, PI = range(3)
 NAMES = {"matlab": MATLAB, "standard": STANDARD, "pi": PI}
@@ -52,9 +52,8 @@ def scale(space, control, row):
     """SCALED = |row| over the tolerance at Y and NEW, infinite where that is not finite or NEW beyond the limit."""
     matlab, rtol, limit = control.kind == MATLAB, control.rtol, control.limit
     for b in range(space.blocks):
-        w = space.work + 8 * BLOCK_SIZE * b
-        old, new, error = floats(w + 8 * Y, BLOCK), floats(w + 8 * NEW, BLOCK), floats(w + 8 * row, BLOCK)
-        atol, scaled = floats(w + 8 * ATOL, BLOCK), floats(w + 8 * SCALED, BLOCK)
+        old, new, error = block(space, Y, b), block(space, NEW, b), block(space, row, b)
+        atol, scaled = block(space, ATOL, b), block(space, SCALED, b)
         for m in range(BLOCK):
             size, new_size = abs(old[m]), abs(new[m])
             part = rtol * (size if size > new_size else new_size)
@@ -70,9 +69,9 @@ def norm(space, control, row):
     matlab = control.kind == MATLAB
     p0 = p1 = p2 = p3 = 0.0
     for b in range(space.blocks):
-        w = block(space, b)
-        for m in range(SCALED, SCALED + BLOCK, 4):
-            s0, s1, s2, s3 = w[m], w[m + 1], w[m + 2], w[m + 3]
+        scaled = block(space, SCALED, b)
+        for m in range(0, BLOCK, 4):
+            s0, s1, s2, s3 = scaled[m], scaled[m + 1], scaled[m + 2], scaled[m + 3]
             if matlab:
                 p0, p1, p2, p3 = max(p0, s0), max(p1, s1), max(p2, s2), max(p3, s3)
             else:
@@ -146,14 +145,12 @@ def settled_step(h, greatest, order):
 @compiled(**LEAN)
 def second_derivative(space, control, t, h):
     """Relative size of the second derivative at Y, by an explicit Euler step h."""
-    for b in range(space.blocks):
-        w = block(space, b)
-        for m in range(BLOCK):
-            w[STAGE + m] = w[Y + m] + h * w[K0 + m]
+    y, k, stage, bend = states(space, Y), states(space, K0), states(space, STAGE), states(space, ERROR)
+    for i in range(space.n):
+        stage[i] = y[i] + h * k[i]
     look_up(space, t, h, 1.0)
-    slope(space, t + h, STAGE, K0 + BLOCK)
-    for b in range(space.blocks):
-        w = block(space, b)
-        for m in range(BLOCK):
-            w[ERROR + m] = w[K0 + BLOCK + m] - w[K0 + m]
+    slope(space, t + h, STAGE, K0 + 1)
+    k_1 = states(space, K0 + 1)
+    for i in range(space.n):
+        bend[i] = k_1[i] - k[i]
     return norm(space, control, ERROR) / h

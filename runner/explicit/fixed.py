@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from runner.compiled import compiled
 from runner.explicit.march import MARCH, SNAP, advance
 from runner.explicit.step import PAIR, tableau_for
-from runner.explicit.workspace import BLOCK_SIZE, SPACE, Y, space_for
+from runner.explicit.workspace import SPACE, space_for, state_of
 from runner.memory import BLOCK, address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -53,8 +53,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         progress=options.progress,
         time_limit=options.time_limit,
     )
-    work = space_arrays["work"].reshape(space["blocks"], BLOCK_SIZE)
-    _save_if_new(march, arrays, work[:, Y : Y + BLOCK].ravel()[: space["n"]])
+    _save_if_new(march, arrays, state_of(space, space_arrays))
     del coefficients  # The loop knew them by address: they had to live until here.
     return _trajectory(march, arrays, status, stages, time.perf_counter() - start)
 

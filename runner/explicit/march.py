@@ -10,8 +10,8 @@ from runner.compiled import compiled
 from runner.explicit.slopes import look_up, settle, slope
 from runner.explicit.step import evaluate_stages
 from runner.explicit.sums import any_beyond, copy_items
-from runner.explicit.workspace import BLOCK_SIZE, K0, NEW, Y, block, combine_with_latest, copy, gather
-from runner.memory import BLOCK, INLINE, LEAN, floats, integers, layout
+from runner.explicit.workspace import BLOCK_BYTES, K0, NEW, Y, combine_with_latest, copy, place, states, write_states
+from runner.memory import INLINE, LEAN, floats, integers, layout
 from runner.problem import Status
 
 #: Times closer than this part of a step are the same time.
@@ -103,15 +103,15 @@ def save(space, march):
     times = floats(march.saved_t, march.room)
     if place == 0 or times[place - 1] < march.now:
         times[place] = march.now
-        gather(space, Y, floats(march.saved_x + 8 * space.n * place, space.n))
+        write_states(space, Y, march.saved_x + 8 * space.n * place)
         march.saved = place + 1
 
 
 @compiled(**INLINE)
 def accept(space):
     """The new state becomes the state."""
-    if space.direct:
-        copy_items(space.work + 8 * NEW, space.work + 8 * Y, space.n)
+    if space.by_item and space.blocks == 1:
+        copy_items(place(space, NEW), place(space, Y), space.n)
     else:
         copy(space, NEW, Y)
 
@@ -120,8 +120,8 @@ def accept(space):
 def diverged(space, limit):
     """Whether a new state is larger than the limit or not a number."""
     beyond = False
-    for b in range(space.blocks):
-        beyond |= any_beyond(space.work + 8 * (BLOCK_SIZE * b + NEW), limit)
+    for offset in range(0, space.stride, BLOCK_BYTES):
+        beyond |= any_beyond(place(space, NEW) + offset, limit)
     return beyond
 
 
@@ -129,14 +129,14 @@ def diverged(space, limit):
 def first_to_leave(space, stages):
     """Index of the state that diverged: the first with a non-finite slope, stage by stage, else the largest."""
     for stage in range(stages):
+        k = states(space, K0 + stage)
         for i in range(space.n):
-            if not np.isfinite(block(space, i // BLOCK)[K0 + BLOCK * stage + i % BLOCK]):
+            if not np.isfinite(k[i]):
                 return i
-    largest, size = 0, -1.0
+    largest, size, new = 0, -1.0, states(space, NEW)
     for i in range(space.n):
-        state = abs(block(space, i // BLOCK)[NEW + i % BLOCK])
-        if not np.isfinite(state):
+        if not np.isfinite(new[i]):
             return i
-        if state > size:
-            largest, size = i, state
+        if abs(new[i]) > size:
+            largest, size = i, abs(new[i])
     return largest

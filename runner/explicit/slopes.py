@@ -2,7 +2,7 @@
 
 from runner.compiled import compiled
 from runner.explicit.stage import call_stage
-from runner.explicit.workspace import gather, scatter
+from runner.explicit.workspace import ZERO, place, states
 from runner.inputs.reader import CONSTANT, TO, read
 from runner.inputs.signal import InputTable
 from runner.memory import INLINE, LEAN, VIEW, floats, integers, matrix
@@ -67,22 +67,14 @@ def settle(space, t, h):
 @compiled(**INLINE)
 def slope(space, t, source, target):
     """The row `target` = rhs(t, row `source`), with the inputs as they stand in u."""
-    if space.direct:
-        w = space.work
-        call_stage(space.rhs, t, w + 8 * source, w, 0.0, space.u, space.constants, w + 8 * target)
+    if space.by_item:
+        x, nothing, dx = place(space, source), place(space, ZERO), place(space, target)
+        call_stage(space.rhs, t, x, nothing, 0.0, space.u, space.constants, dx)
     else:
         slope_by_arrays(space, t, source, target)
 
 
 @compiled(**LEAN)
 def slope_by_arrays(space, t, source, target):
-    """`slope` of a model larger than a block, or of a kernel that wants arrays."""
-    u, c = input_values(space), constants(space)
-    if space.blocks == 1:
-        w = space.work
-        call_kernel(space.rhs, t, floats(w + 8 * source, space.n), u, c, floats(w + 8 * target, space.n))
-        return
-    x, dx = floats(space.x, space.n), floats(space.dx, space.n)
-    gather(space, source, x)
-    call_kernel(space.rhs, t, x, u, c, dx)
-    scatter(space, dx, target)
+    """`slope` by a kernel that wants arrays."""
+    call_kernel(space.rhs, t, states(space, source), input_values(space), constants(space), states(space, target))

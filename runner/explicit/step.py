@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from runner.compiled import compiled
 from runner.explicit.slopes import look_up, look_up_moving, slope, slope_by_arrays
 from runner.explicit.stage import call_stage
-from runner.explicit.sums import sum_slopes
 from runner.explicit.tableau import ButcherTableau
 from runner.explicit.tableau_adaptive import EmbeddedPair
 from runner.explicit.workspace import (
@@ -24,8 +23,10 @@ from runner.explicit.workspace import (
     Y,
     combine,
     combine_with_latest,
+    place,
+    sum_rows,
 )
-from runner.memory import BLOCK, INLINE, LEAN, address, floats, layout, record
+from runner.memory import INLINE, LEAN, address, floats, layout, record
 
 #: Bytes of a row of coefficients.
 ROW = 8 * MOST_STAGES
@@ -41,36 +42,34 @@ PAIR = layout("A b c depth E P weights stages all_stages next_slope estimates de
 @compiled(**LEAN)
 def evaluate_stages(space, pair, t, h, first, last):
     """Slopes of the stages first to last - 1, from the row Y and the slopes before."""
-    if space.direct:
-        evaluate_directly(space, pair, t, h, first, last)
+    if space.by_item:
+        evaluate_by_item(space, pair, t, h, first, last)
         return
     c = floats(pair.c, MOST_STAGES)
     for i in range(first, last):
         combine(space, h, Y, pair.A + ROW * i, i, STAGE)
         if i == first or c[i] != c[i - 1]:
             look_up(space, t, h, c[i])
-        slope_by_arrays(space, t + c[i] * h, STAGE, K0 + BLOCK * i)
+        slope_by_arrays(space, t + c[i] * h, STAGE, K0 + i)
 
 
 @compiled(**INLINE)
-def evaluate_directly(space, pair, t, h, first, last):
-    """`evaluate_stages` where one block holds all states and the kernel works there."""
-    y, stage, slopes = space.work + 8 * Y, space.work + 8 * STAGE, space.work + 8 * K0
-    rhs, u, constants = space.rhs, space.u, space.constants
-    steady = space.steady != 0
-    weights, target = pair.A + ROW * first, slopes + 8 * BLOCK * first
-    c, depth = pair.c + 8 * first, pair.depth + 8 * first
+def evaluate_by_item(space, pair, t, h, first, last):
+    """`evaluate_stages` where the kernel adds the latest slope's part itself."""
+    rhs, u, constants, steady = space.rhs, space.u, space.constants, space.steady != 0
+    y, stage, target = place(space, Y), place(space, STAGE), place(space, K0 + first)
+    weights, c, depth = pair.A + ROW * first, pair.c + 8 * first, pair.depth + 8 * first
     for i in range(first, last):
         at = floats(c, 1)[0]
         if not (steady or (i > first and at == floats(c - 8, 1)[0])):
             look_up_moving(space, t, h, at)
         base = y
-        if i > 1 and floats(depth, 1)[0] > 1.0:
-            sum_slopes(y, h, weights, i - 1, slopes, stage)
+        if floats(depth, 1)[0] > 1.0:
+            sum_rows(space, y, h, weights, i - 1, stage)
             base = stage
-        last_weight = floats(weights, MOST_STAGES)[i - 1]
-        call_stage(rhs, t + at * h, base, target - 8 * BLOCK, last_weight * h, u, constants, target)
-        weights, target, c, depth = weights + ROW, target + 8 * BLOCK, c + 8, depth + 8
+        latest = h * floats(weights, MOST_STAGES)[i - 1]
+        call_stage(rhs, t + at * h, base, target - space.stride, latest, u, constants, target)
+        weights, target, c, depth = weights + ROW, target + space.stride, c + 8, depth + 8
 
 
 @compiled(**LEAN)
@@ -81,7 +80,7 @@ def take_step(space, pair, t, h):
         combine_with_latest(space, h, Y, pair.A + ROW * pair.next_slope, pair.next_slope, NEW)
         if floats(pair.c, MOST_STAGES)[pair.next_slope - 1] != 1.0:
             look_up(space, t, h, 1.0)
-        slope(space, t + h, NEW, K0 + BLOCK * pair.next_slope)
+        slope(space, t + h, NEW, K0 + pair.next_slope)
     else:
         evaluate_stages(space, pair, t, h, np.int64(1), pair.stages)
         combine_with_latest(space, h, Y, pair.b, pair.stages, NEW)
@@ -96,7 +95,7 @@ def evaluate_next_slope(space, pair, t, h):
     if pair.next_slope < pair.stages:
         return 0
     look_up(space, t, h, 1.0)
-    slope(space, t + h, NEW, K0 + BLOCK * pair.next_slope)
+    slope(space, t + h, NEW, K0 + pair.next_slope)
     return 1
 
 

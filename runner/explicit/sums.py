@@ -40,20 +40,22 @@ def _vectors(builder: Any, address: Any) -> list[Any]:
 
 
 @intrinsic
-def sum_slopes(typing_context: Any, base: Any, h: Any, weights: Any, count: Any, slopes: Any, target: Any) -> Any:
-    """target[m] = base[m] + h * sum_j weights[j] * slopes[BLOCK*j + m] for j < count, m < BLOCK.
+def sum_slopes(
+    typing_context: Any, base: Any, h: Any, weights: Any, count: Any, slopes: Any, stride: Any, target: Any
+) -> Any:
+    """target[m] = base[m] + h * sum_j weights[j] * slope_j[m] for j < count, m < BLOCK.
 
-    All are addresses but h and count.
+    All are addresses but h, count, and stride: the bytes from one slope to the next.
     """
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        base, factor, weights, length, slopes, target = arguments
+        base, factor, weights, length, slopes, stride, target = arguments
         zero = ir.Constant(_VECTOR, [0.0] * _WIDTH)
         totals = [cgutils.alloca_once_value(builder, zero) for _ in range(BLOCK // _WIDTH)]
         with cgutils.for_range(builder, length, intp=_INTEGER) as loop:
             where = builder.add(weights, builder.mul(loop.index, _INTEGER(8)))
             weight = _splat(builder, builder.load(_at(builder, where, 0, _SCALAR)))
-            row = builder.add(slopes, builder.mul(loop.index, _INTEGER(8 * BLOCK)))
+            row = builder.add(slopes, builder.mul(loop.index, stride))
             for total, slope in zip(totals, _vectors(builder, row), strict=True):
                 builder.store(_multiply_add(builder, weight, slope, builder.load(total)), total)
         h = _splat(builder, factor)
@@ -63,7 +65,7 @@ def sum_slopes(typing_context: Any, base: Any, h: Any, weights: Any, count: Any,
         return context.get_dummy_value()
 
     address = types.int64
-    return types.void(address, types.float64, address, address, address, address), emit
+    return types.void(address, types.float64, address, address, address, address, address), emit
 
 
 @intrinsic

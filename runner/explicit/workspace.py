@@ -1,8 +1,7 @@
-"""Where an explicit Runge-Kutta method works: one flat buffer in blocks of sixteen states.
+"""Where an explicit Runge-Kutta method works: one flat buffer of rows, each as long as the states, on cache lines.
 
-A block holds sixteen states of every row (state, stage, errors, slopes), so that sums over slopes stay in registers.
-States beyond the model's are padding and stay zero. Up to sixteen states lie in one block, and kernels read and write
-there directly; more are gathered and scattered around each kernel call.
+A row is padded with zeros to a multiple of sixteen states, so that sums over slopes stay in registers. Kernels read and
+write the rows where they are.
 """
 
 from typing import Any
@@ -20,70 +19,72 @@ from runner.pointers import pointer
 from runner.problem import Problem
 
 MOST_STAGES = 16
-#: Offsets of the rows within a block: zeros, state, new state, argument of a stage, error estimates, their scaled
-#: sizes, absolute tolerance, a state within the step; then the slopes k_0, k_1, ... As np.int64, because numba compiles
-#: a function again for every literal int that it is called with.
-ZERO, Y, NEW, STAGE, ERROR, ERROR_2, SCALED, ATOL, WITHIN, K0 = np.arange(0, 10 * BLOCK, BLOCK)
-BLOCK_SIZE = K0 + MOST_STAGES * BLOCK
-#: Fields of a space, what a step reads and writes: addresses (see `memory`, `pointers`) and lengths. rhs; work
-#: (blocks*BLOCK_SIZE,); x, dx (n,) for models larger than a block; constants (n_constants,); u (channels,); reader
-#: (reader_size,);
-#: pieces to order as in `InputTable`; steady: not 0 while all inputs are constant.
+#: The rows: zeros, state, new state, argument of a stage, error estimates, their scaled sizes, absolute tolerance, a
+#: state within the step; then the slopes k_0, k_1, ... As np.int64, because numba compiles a function again for every
+#: literal int that it is called with.
+ZERO, Y, NEW, STAGE, ERROR, ERROR_2, SCALED, ATOL, WITHIN, K0 = np.arange(10)
+ROWS = K0 + MOST_STAGES
+#: Bytes of a block of states.
+BLOCK_BYTES = 8 * BLOCK
+
+
+#: Fields of a space, what a step reads and writes: addresses (see `memory`, `pointers`) and lengths. rhs; by_item: not
+#: 0 where it takes the state of a stage (see `stage`); work: the rows; n states, in so many blocks; stride: bytes of a
+#: row; constants (n_constants,); u (channels,); reader (reader_size,); pieces to order as in `InputTable`; steady: not
+#: 0 while all inputs are constant.
 SPACE = layout(
-    "rhs direct work n blocks x dx constants n_constants n_inputs channels u reader reader_size steady "
+    "rhs by_item work n blocks stride constants n_constants n_inputs channels u reader reader_size steady "
     "pieces n_pieces first last rate offset order"
 )
 
 
+@compiled(**INLINE)
+def place(space, row):
+    """The address of a row."""
+    return space.work + space.stride * row
+
+
 @compiled(**VIEW)
-def block(space, b):
-    """All rows of the b-th block, (BLOCK_SIZE,)."""
-    return floats(space.work + 8 * BLOCK_SIZE * b, BLOCK_SIZE)
+def states(space, row):
+    """The states of a row, (n,)."""
+    return floats(place(space, row), space.n)
+
+
+@compiled(**VIEW)
+def block(space, row, b):
+    """The b-th block of a row, (BLOCK,)."""
+    return floats(place(space, row) + BLOCK_BYTES * b, BLOCK)
 
 
 @compiled(**LEAN)
-def gather(space, row, x):
-    """Write the states of a row into x (n,)."""
-    for b in range(space.blocks):
-        w = block(space, b)
-        for m in range(min(BLOCK, space.n - b * BLOCK)):
-            x[b * BLOCK + m] = w[row + m]
+def write_states(space, row, where):
+    """Write the states of a row to an address."""
+    x, target = states(space, row), floats(where, space.n)
+    for i in range(space.n):
+        target[i] = x[i]
 
 
-@compiled(**LEAN)
-def scatter(space, x, row):
-    """The states of a row = x (n,)."""
-    for b in range(space.blocks):
-        w = block(space, b)
-        for m in range(min(BLOCK, space.n - b * BLOCK)):
-            w[row + m] = x[b * BLOCK + m]
+@compiled(**INLINE)
+def sum_rows(space, base, h, weights, count, target):
+    """Target = base + h * sum of weights[j] * slope j, j < count; all but h and count addresses."""
+    slopes = place(space, K0)
+    for offset in range(0, space.stride, BLOCK_BYTES):
+        sum_slopes(base + offset, h, weights, count, slopes + offset, space.stride, target + offset)
 
 
 @compiled(**LEAN)
 def combine(space, h, base, weights, count, target):
     """Row `target` = row `base` + h * sum of weights[j] * slope j, j < count; weights an address."""
-    w = space.work
-    sum_slopes(w + 8 * base, h, weights, count, w + 8 * K0, w + 8 * target)
-    if space.blocks > 1:
-        combine_others(space, h, base, weights, count, target)
-
-
-@compiled(**LEAN)
-def combine_others(space, h, base, weights, count, target):
-    """`combine`, of the blocks after the first."""
-    for b in range(1, space.blocks):
-        w = space.work + 8 * BLOCK_SIZE * b
-        sum_slopes(w + 8 * base, h, weights, count, w + 8 * K0, w + 8 * target)
+    sum_rows(space, place(space, base), h, weights, count, place(space, target))
 
 
 @compiled(**INLINE)
 def combine_with_latest(space, h, base, weights, count, target):
     """`combine` where the last of these slopes has just been evaluated."""
-    if space.direct:
-        w = space.work
-        sum_slopes(w + 8 * base, h, weights, count - 1, w + 8 * K0, w + 8 * target)
+    if space.by_item and space.blocks == 1:
+        combine(space, h, base, weights, count - 1, target)
         last = floats(weights, MOST_STAGES)[count - 1]
-        add_latest(w + 8 * target, h * last, w + 8 * (K0 + BLOCK * (count - 1)), space.n)
+        add_latest(place(space, target), h * last, place(space, K0 + count - 1), space.n)
     else:
         combine(space, h, base, weights, count, target)
 
@@ -94,36 +95,24 @@ def copy(space, source, target):
     combine(space, 0.0, source, space.work, 0, target)
 
 
-@compiled(**VIEW)
-def states(space, row):
-    """The states of a row as one array (n,), valid until the next call."""
-    if space.blocks == 1:
-        return floats(space.work + 8 * row, space.n)
-    x = floats(space.x, space.n)
-    gather(space, row, x)
-    return x
-
-
 def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dict[str, NDArray[Any]]]:
     """A space with the initial state and the absolute tolerances (scalar or (n,)), and the arrays it points into."""
     n = len(problem.initial_state)
     blocks = max(1, -(-n // BLOCK))
-    direct = problem.by_item and blocks == 1
     inputs = problem.inputs
     arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
     arrays |= {
         "work": _initial_work(problem.initial_state, atol, blocks),
-        "x": np.zeros(n),
-        "dx": np.zeros(n),
         "constants": np.array(problem.constants, dtype=np.float64),
         "u": np.zeros(max(1, len(inputs.first))),
         "reader": reader_for(inputs),
     }
     numbers = {
-        "rhs": _rhs(problem.rhs, direct),
-        "direct": int(direct),
+        "rhs": _rhs(problem),
+        "by_item": int(problem.by_item),
         "n": n,
         "blocks": blocks,
+        "stride": blocks * BLOCK_BYTES,
         "n_constants": len(problem.constants),
         "n_inputs": int(problem.n_inputs),
         "channels": len(inputs.first),
@@ -134,18 +123,25 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
     return record(SPACE, **numbers, **places), arrays
 
 
-def _rhs(rhs: Any, direct: bool) -> int:
-    return pointer(stage_kernel(rhs), STAGE_KERNEL, "rhs") if direct else pointer(rhs, abi.VECTOR_KERNEL, "rhs")
+def _rhs(problem: Problem) -> int:
+    if problem.by_item:
+        return pointer(stage_kernel(problem.rhs), STAGE_KERNEL, "rhs")
+    return pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs")
+
+
+def state_of(space: np.void, arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    """The present state (n,), a view of the workspace."""
+    state: NDArray[np.float64] = arrays["work"].reshape(ROWS, -1)[Y, : space["n"]]
+    return state
 
 
 def _initial_work(x: NDArray[np.float64], atol: NDArray[np.float64], blocks: int) -> NDArray[np.float64]:
     """The buffer, on a cache line. An absolute tolerance of zero becomes a tiny one, so that 0/0 cannot arise."""
-    size = blocks * BLOCK_SIZE
+    size = ROWS * blocks * BLOCK
     buffer = np.zeros(size + 7)
     work = buffer[-(buffer.ctypes.data // 8) % 8 :][:size]
-    rows = work.reshape(blocks, BLOCK_SIZE)
-    for row, padding, values in ((Y, 0.0, x), (ATOL, 1.0, np.maximum(np.broadcast_to(atol, x.shape), 1e-300))):
-        padded = np.full(blocks * BLOCK, padding)
-        padded[: len(x)] = values
-        rows[:, row : row + BLOCK] = padded.reshape(blocks, BLOCK)
+    rows = work.reshape(ROWS, blocks * BLOCK)
+    rows[Y, : len(x)] = x
+    rows[ATOL] = 1.0
+    rows[ATOL, : len(x)] = np.maximum(np.broadcast_to(atol, x.shape), 1e-300)
     return work

@@ -10,7 +10,7 @@ from runner.stiff.system import SIDE, evaluate_polynomial, set_inputs
 @compiled(**INLINE)
 def watch_segment(space, s, v, points, watch):
     """Values at the start of a segment, with the inputs last set; record what a jump caused; True if it is terminal."""
-    if watch_start(space, watch, s.t, space.n * X, s.steps == 0) == 0:
+    if watch_start(space, watch, s.t, X, s.steps == 0) == 0:
         return False
     return record_all(space, s, v, points, watch) != NONE
 
@@ -19,7 +19,7 @@ def watch_segment(space, s, v, points, watch):
 def watch_step(space, s, watch):
     """Write the values at the end of a step and mark its events; returns how many."""
     set_inputs(space, s.t_new, s.t_new - SIDE * s.length)
-    return mark_crossed(space, watch, s.t_new, space.n * X_NEW)
+    return mark_crossed(space, watch, s.t_new, X_NEW)
 
 
 @compiled(**INLINE)
@@ -45,7 +45,7 @@ def value_within(i, space, watch, s, theta):
     t = s.t + theta * s.length
     evaluate_polynomial(vectors(space), theta)
     set_inputs(space, t, t)
-    return event_value(i, space, watch, t, space.n * WITHIN)
+    return event_value(i, space, watch, t, WITHIN)
 
 
 @compiled(**LEAN)

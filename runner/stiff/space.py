@@ -44,10 +44,10 @@ def control_type(own: list[Any]) -> np.dtype:
 
 #: Addresses and lengths. rhs, jacobian_kernel (0 where there is none); work (rows, n), the vectors; mass, its
 #: pseudo_inverse, jacobian, factors (n, n); pivots (n,); constants (n_constants,); u (channels,); reader
-#: (reader_size,); pieces to order as in `InputTable`; getrf, getrs: LAPACK's. blocks is 1 and x unused: they are there
-#: for `workspace.states`.
+#: (reader_size,); pieces to order as in `InputTable`; getrf, getrs: LAPACK's. stride: bytes of a row of v, for
+#: `workspace.states`.
 SPACE = layout(
-    "rhs jacobian_kernel n rows blocks work x mass pseudo_inverse jacobian factors pivots "
+    "rhs jacobian_kernel n rows stride work mass pseudo_inverse jacobian factors pivots "
     "constants n_constants n_inputs channels u reader reader_size pieces n_pieces "
     "first last rate offset order getrf getrs"
 )
@@ -75,7 +75,6 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
     arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
     arrays |= {
         "work": _initial_vectors(problem, options, rows),
-        "x": np.zeros(n),
         "mass": mass,
         "pseudo_inverse": mass if problem.mass_matrix is None else _pseudo_inverse(mass),
         "jacobian": np.zeros((n, n)),
@@ -90,7 +89,7 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
         "jacobian_kernel": 0 if kernel is None else pointer(kernel, MATRIX_KERNEL, "jacobian"),
         "n": n,
         "rows": rows,
-        "blocks": 1,
+        "stride": 8 * n,
         "n_constants": len(problem.constants),
         "n_inputs": int(problem.n_inputs),
         "channels": len(inputs.first),

@@ -8,6 +8,7 @@ from numba.extending import intrinsic
 from runner.abi import MATRIX_KERNEL
 from runner.compiled import compiled
 from runner.explicit.slopes import constants, input_table, input_values
+from runner.explicit.workspace import states
 from runner.inputs.reader import read
 from runner.memory import LEAN, floats, integers
 from runner.pointers import call_kernel, caller
@@ -48,7 +49,7 @@ def set_inputs(space, t, side):
 @compiled(**LEAN)
 def evaluate_f(space, s, t, row, target):
     """v[target] = f(t, v[row]) with the inputs last set."""
-    x, f = floats(space.work + 8 * space.n * row, space.n), floats(space.work + 8 * space.n * target, space.n)
+    x, f = states(space, row), states(space, target)
     call_kernel(space.rhs, t, x, input_values(space), constants(space), f)
     s.evaluations += 1
 
@@ -64,7 +65,7 @@ def evaluate_jacobian(space, s, v, t, typical_step):
     jacobian = square(space, space.jacobian)
     s.jacobians += 1
     if space.jacobian_kernel != 0:
-        x = floats(space.work + 8 * n * X, n)
+        x = states(space, X)
         call_matrix_kernel(space.jacobian_kernel, t, x, input_values(space), constants(space), jacobian)
         return
     for i in range(n):
@@ -125,7 +126,7 @@ def factorize_shifted(space, s, a, b):
 def solve_factorized(space, s, row):
     """Overwrite the row of v with the solution of the system last factorized."""
     n = space.n
-    solve(space, square(space, space.factors), integers(space.pivots, n), floats(space.work + 8 * n * row, n))
+    solve(space, square(space, space.factors), integers(space.pivots, n), states(space, row))
     s.linear_solves += 1
 
 
