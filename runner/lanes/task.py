@@ -33,18 +33,28 @@ class Task:
     runs: int
     needs_outputs: bool
 
-    def record(self, lanes_kernel: Any) -> np.void:
-        """The record of a batch that compiled loops read; the arrays must live as long."""
+    def record(self, lanes_kernel: Any, functions: Mapping[str, int]) -> np.void:
+        """The record of a batch that compiled loops read; the arrays must live as long.
+
+        functions: addresses of those that the method's loop calls.
+        """
         tables, options = self.model.tables, self.options
-        shared = {name: address(array) for name, array in (self.arrays | vars(self.inputs)).items()}
+        inputs = vars(self.inputs)
+        shared = {name: address(each) for name, each in (self.arrays | inputs).items() if name != "hops"}
+        watched = len(tables.inputs) if self.needs_outputs else tables.rhs_inputs
         outputs = pointer(self.model.kernel("outputs"), abi.VECTOR_KERNEL, "outputs") if self.needs_outputs else 0
         return record(
             BATCH,
             **shared,
+            **functions,
             runs=self.runs,
             n=len(tables.states),
             channels=len(tables.inputs),
             n_inputs=tables.rhs_inputs,
+            n_watched=watched,
+            hops=self.inputs.hops,
+            **{f"n_{way}": int((inputs[way] < tables.rhs_inputs).sum()) for way in ("even", "guided")},
+            **{f"all_{way}": int((inputs[way] < watched).sum()) for way in ("even", "guided")},
             n_constants=self.arrays["constants"].shape[1],
             n_outputs=len(tables.outputs),
             n_pieces=len(self.inputs.pieces),
