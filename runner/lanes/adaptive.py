@@ -12,11 +12,12 @@ from numba import types
 
 from runner.compiled import compiled
 from runner.explicit.workspace import MOST_STAGES
+from runner.lanes.attempts import begin
 from runner.lanes.calls import call_lanes, doubles
 from runner.lanes.inputs import look_up_stage
-from runner.lanes.judge import end_steps, judge_steps, propose_steps
+from runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
 from runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SAMPLE, TARGET, H, control_rows
-from runner.lanes.restart import CONTROL_TYPE, begin, call_restart
+from runner.lanes.restart import CONTROL_TYPE, call_restart
 from runner.lanes.runs import all_idle
 from runner.lanes.samples import PAIR_TYPE, sample_within
 from runner.lanes.settle import call_settle
@@ -58,6 +59,14 @@ def stuck_lanes(pack):
 _ARGUMENTS = (BATCH_TYPE, PACK_TYPE, PAIR_TYPE, CONTROL_TYPE)
 
 
+@compiled(**LEAN)
+def accept(batch, pack, last):
+    """Where a step is good, its end is the present: time, states, and as the first slope the one numbered `last`."""
+    end_steps(doubles(pack.control))
+    choose(batch.n, pack.control + ROW * GOOD, pack.now, pack.new)
+    choose(batch.n, pack.control + ROW * GOOD, pack.slopes, pack.slopes + ROW * batch.n * last)
+
+
 @cache
 def advance(method: str, all_stages: int, next_slope: int) -> Any:
     """The compiled loop of a method: batch, pack, pair, control, longest step as a part of the span, most steps."""
@@ -75,14 +84,12 @@ def advance(method: str, all_stages: int, next_slope: int) -> Any:
                 target = pack.stage if i < last else pack.new
                 combine(method, i, n, h, pack.now, pack.slopes, target)
                 evaluate_stage(batch, pack, pair, i, i == 1, target)
-            estimate_errors(
-                method, n, h, pack.now, pack.new, pack.slopes, batch.atol, batch.rtol, batch.limit,
-                pack.control + ROW * ERROR,
-            )  # fmt: skip
+            sizes = pack.control + ROW * ERROR
+            estimate_errors(method, n, h, pack.now, pack.new, pack.slopes, batch.atol, batch.rtol, batch.limit, sizes)
+            size_errors(rows, control.kind, pair.estimates, float(n))
             closely = judge_steps(
-                rows, control.kind, pair.estimates, float(n), control.order, control.beta, control.safety,
-                control.least, control.most,
-            )  # fmt: skip
+                rows, control.kind, control.order, control.beta, control.safety, control.least, control.most
+            )
             stuck = 0
             if closely > 0:
                 if stages > first_dense and sampled_within(pack) > 0:
@@ -91,9 +98,7 @@ def advance(method: str, all_stages: int, next_slope: int) -> Any:
                         evaluate_stage(batch, pack, pair, i, i == first_dense, pack.stage)
                 sample_within(batch.sample, batch, pack, pair)
                 stuck = stuck_lanes(pack)
-            end_steps(rows)
-            choose(n, pack.control + ROW * GOOD, pack.now, pack.new)
-            choose(n, pack.control + ROW * GOOD, pack.slopes, pack.slopes + ROW * n * last)
+            accept(batch, pack, last)
             if closely > 0 or batch.max_steps > 0:
                 call_settle(batch.settle, batch, control, pack, pair, longest_step, stuck)
                 if all_idle(pack):

@@ -10,10 +10,12 @@ from runner.explicit.march import SNAP
 from runner.lanes.pack import (
     ATTENTION,
     BATCH_TYPE,
+    BREAK,
     LANES,
     PACK_TYPE,
     START,
     STEP,
+    STOP,
     TARGET,
     H,
     K,
@@ -29,27 +31,29 @@ from runner.problem import Status
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.
 FINISHED, NON_FINITE = np.int64(Status.FINISHED), np.int64(Status.NON_FINITE)
 #: What a step of a lane lands on, as bits; NEW: the lane has just taken its run.
-GRID, STOP, END, NEW = 1, 2, 4, 8
+GRID, AT_STOP, END, NEW = 1, 2, 4, 8
 
 
 @compiled(**LEAN)
 def plan_stop(batch, pack, lane, t):
-    """Find the next breakpoint or sample after t, and from when on the lane wants a closer look."""
+    """STOP: the next breakpoint or sample after t; ATTENTION: from when on the lane wants a closer look."""
     control, run = control_rows(pack), integers(pack.run, LANES)[lane]
     t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
     near = SNAP * step
     sample = np.inf
     if integers(pack.sample, LANES)[lane] < batch.n_samples:
         sample = sample_time(batch, run, integers(pack.sample, LANES)[lane])
-    stop = next_break(batch, pack, lane, t + near)
+    if control[BREAK * LANES + lane] <= t + near:
+        control[BREAK * LANES + lane] = next_break(batch, pack, lane, t + near)
+    stop = control[BREAK * LANES + lane]
     if stop < np.inf:
         grid = t0 + np.round((stop - t0) / step) * step
         stop = stop if abs(stop - grid) > near else grid
     stop = sample if sample <= stop + near else stop
     stop = stop if stop < t1 - near else np.inf
     points = max(1.0, np.ceil((t1 - t0) / step - SNAP))
+    control[STOP * LANES + lane] = stop
     control[ATTENTION * LANES + lane] = min(stop - near, t0 + (points - 0.5) * step)
-    return stop
 
 
 @compiled(**LEAN)
@@ -60,13 +64,13 @@ def plan_closely(batch, pack, lane):
     k, near = control[K * LANES + lane], SNAP * step
     last = k + 1.0 >= max(1.0, np.ceil((t1 - t0) / step - SNAP))
     grid = t1 if last else t0 + (k + 1.0) * step
-    stop = plan_stop(batch, pack, lane, control[T * LANES + lane])
+    stop = control[STOP * LANES + lane]
     at_stop = stop <= grid + near
     target = stop if at_stop else grid
     control[TARGET * LANES + lane] = target
     control[H * LANES + lane] = target - control[T * LANES + lane]
     at_grid = not at_stop or target >= grid - near
-    integers(pack.landing, LANES)[lane] = GRID * at_grid + STOP * at_stop + END * (last and not at_stop)
+    integers(pack.landing, LANES)[lane] = GRID * at_grid + AT_STOP * at_stop + END * (last and not at_stop)
 
 
 @compiled(**LEAN)
@@ -85,7 +89,7 @@ def begin(batch, pack, lane):
     if take_run(batch, pack, lane):
         control, run = control_rows(pack), integers(pack.run, LANES)[lane]
         control[START * LANES + lane], control[K * LANES + lane] = floats(batch.t0, batch.runs)[run], 0.0
-        control[STEP * LANES + lane] = batch.step
+        control[STEP * LANES + lane], control[BREAK * LANES + lane] = batch.step, -np.inf
         integers(pack.steps, LANES)[lane] = pack.taken
         integers(pack.landing, LANES)[lane] = NEW
     pack.fresh = 1
@@ -162,7 +166,7 @@ def land(batch, pack, stages, diverged):
         if landing & END:
             leave_counted(batch, pack, lane, FINISHED, stages)
             begin(batch, pack, lane)
-        pack.fresh |= landing & STOP
+        pack.fresh |= landing & AT_STOP
     set_out(batch, pack)
 
 

@@ -44,15 +44,16 @@ PACK = layout(
 #: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
 #: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; TARGET: where the step
 #: ends. Fixed steps: START, K, STEP: the grid START + K*STEP; ATTENTION: a grid point beyond it wants a closer look;
-#: SIZE: sum of squares of the states. Adaptive steps: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the
-#: end; SAMPLE: time of the next sample; NEXT, LEAST: size of the next step, and the least that advances the time;
-#: PROPOSED: what the step was to be at first; TRIED: what is tried; LANDS: 1 where it ends at STOP; FAILURES in a row;
-#: ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where the step is accepted; FRESH: 1 where the slope is to be taken
-#: anew; STEPS, FAILED: counts; LONGEST: step; THETA: where in its step, 0 to 1, dense output is wanted.
+#: SIZE: sum of squares of the states; BREAK: the next breakpoint; STOP: that or the next sample. Adaptive steps:
+#: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the end; SAMPLE: time of the next sample; NEXT, LEAST:
+#: size of the next step, and the least that advances the time; PROPOSED: what the step was to be at first; TRIED: what
+#: is tried; LANDS: 1 where it ends at STOP; FAILURES in a row; ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where
+#: the step is accepted; FRESH: 1 where the slope is to be taken anew; STEPS, FAILED: counts; LONGEST: step; THETA:
+#: where in its step, 0 to 1, dense output is wanted.
 (T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
 (ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
-(GOOD, FRESH, STEPS, FAILED, LONGEST, THETA) = range(24, 30)
-CONTROL_ROWS = 30
+(GOOD, FRESH, STEPS, FAILED, LONGEST, THETA, BREAK) = range(24, 31)
+CONTROL_ROWS = 31
 
 #: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(FREQUENCY*t) +
 #: COSINE_PART*cos(FREQUENCY*t), where s = RATE*t + OFFSET - BEGIN.

@@ -7,6 +7,7 @@ from numba import types
 
 from runner.compiled import compiled
 from runner.explicit.workspace import MOST_STAGES
+from runner.lanes.attempts import begin, finish, scaled
 from runner.lanes.pack import (
     BATCH_TYPE,
     ERROR,
@@ -21,7 +22,7 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.restart import CONTROL_TYPE, begin, finish, scaled
+from runner.lanes.restart import CONTROL_TYPE
 from runner.lanes.samples import PAIR_TYPE
 from runner.memory import LEAN, floats, integers, intrinsic
 from runner.pointers import caller
