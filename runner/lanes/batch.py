@@ -86,11 +86,10 @@ def simulate_batch(
     chosen = find_method(method)
     task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, samples, names)
     reason = _compute(task, threads, progress, time_limit)
-    columns = [*model.state_names, *(output.name for output in model.tables.outputs)]
     return Batch(
         **{name: task.arrays[name] for name in _RESULTS},
         sample_times=task.arrays["times"],
-        names=tuple(columns[i] for i in task.arrays["columns"]),
+        names=task.names,
         wall_time=time.perf_counter() - started,
         in_lanes=not reason,
         reason=reason,

@@ -42,6 +42,12 @@ class Task:
     runs: int
     needs_outputs: bool
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What stands in the samples."""
+        known = [*self.model.state_names, *(output.name for output in self.model.tables.outputs)]
+        return tuple(known[i] for i in self.arrays["columns"])
+
     def record(self, lanes_kernel: Any, functions: Mapping[str, int]) -> np.void:
         """The record of a batch that compiled loops read; the arrays must live as long.
 
