@@ -41,7 +41,3 @@ SIGNATURES = {
 LANES = 8
 POINTER = types.CPointer(types.float64)
 LANE_KERNEL = types.void(POINTER, POINTER, POINTER, POINTER, POINTER)
-
-#: Kernel arguments of a driver: passed by pointer, so that a driver compiles once for all models and is cached.
-RHS = types.FunctionType(VECTOR_KERNEL)
-JACOBIAN = types.FunctionType(MATRIX_KERNEL)

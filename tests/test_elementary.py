@@ -15,8 +15,8 @@ from numba import njit, types
 from generated import _elementary
 from runner import abi
 from runner.compiled import FASTMATH
+from runner.lanes.calls import doubles
 from runner.lanes.kernel import LaneCompiler
-from runner.lanes.vectors import doubles
 from runner.memory import LEAN
 
 mpmath.mp.prec = 200

@@ -2,28 +2,21 @@
 
 import re
 
-import llvmlite.binding
 import numpy as np
 import pytest
 from conftest import MODELS
-from numba import njit, types
+from lane_assembly import FEATURES, PACKED, SCALAR, fresh, needs_avx
+from numba import types
 
 import qddot
 from codegen.elementary import definitions
 from generated import m113
 from runner import abi
-from runner.compiled import FASTMATH
 from runner.lanes.batch import IN_LANES
-from runner.lanes.kernel import LaneCompiler
-from runner.lanes.signals import stack_runs
 from runner.lanes.vectors import combine, estimate_errors
-from runner.memory import LEAN
 from runner.methods import METHODS
 from runner.problem import Status
 
-FEATURES = llvmlite.binding.get_host_cpu_features()
-needs_avx = pytest.mark.skipif(not FEATURES.get("avx"), reason="this machine has no AVX")
-PACKED, SCALAR = r"v(mul|fn?m\w*)pd\s.*%[yz]mm", r"v(add|mul|div|fn?m\w*)sd"
 RTOL = 1e-6
 
 
@@ -165,22 +158,6 @@ def test_every_lane_lands_on_its_own_breakpoints(m113_model):
         np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("kind", ["linear", "cubic"])
-def test_runs_share_the_points_of_a_road(m113_model, kind):
-    places = np.linspace(-5, 25, 3000)
-    road = qddot.table(places, 0.02 * np.sin(2 * places) + 0.01 * np.cos(5 * places), kind=kind)
-    speeds, names = np.linspace(3, 8, 10), [f"z_{i}" for i in range(1, 6)]
-    inputs = {name: qddot.per_run(road, rate=speeds, offset=0.66 * i) for i, name in enumerate(names)}
-    assert len(stack_runs(m113_model.tables, inputs, 10).pieces) < 3010
-    settings = {"parameters": "as_run_unloaded", "method": "rk4", "step": 1e-3}
-    batch = qddot.simulate_batch(m113_model, (0, 0.2), inputs=inputs, **settings)
-    for run in (0, 9):
-        signals = {name: road.shifted(speeds[run], 0.66 * i) for i, name in enumerate(names)}
-        solution = qddot.simulate(m113_model, (0, 0.2), inputs=signals, **settings)
-        np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-12)
-        assert batch.steps[run] == solution.statistics.steps
-
-
 def test_every_run_starts_from_its_own_equilibrium(m113_model):
     masses = np.linspace(8000, 14000, 9)
     batch = qddot.simulate_batch(
@@ -257,12 +234,6 @@ def test_what_is_given_wrongly_is_named(m113_model):
         qddot.simulate_batch(m113_model, (0, 1))
     with pytest.raises(ValueError, match="run 1: model m113: division by zero in the constants; zero: m_6"):
         batch(parameters={"m_6": [1e4, 0.0]})
-
-
-def fresh(function, signature):
-    """A function compiled as lane loops are, past the cache, whose assembly can be read."""
-    options = {"fastmath": FASTMATH, "pipeline_class": LaneCompiler, **LEAN}
-    return next(iter(njit(signature, **options)(function).inspect_asm().values()))
 
 
 @needs_avx

@@ -1,13 +1,12 @@
 """The compiled half of `batch`: run after run through the same work space."""
 
-import math
-
 import numpy as np
 
 from runner.compiled import compiled
 from runner.exact.balance import begin
 from runner.exact.forcing import COLUMNS
 from runner.exact.propagate import NON_FINITE, RUNNING, advance_some, leaving, start
+from runner.inputs.reader import piece_value
 from runner.memory import LEAN, floats, integers, layout, matrix
 from runner.pointers import call_kernel, call_linear
 
@@ -83,17 +82,7 @@ def all_inputs(batch, s, cursor, t, u):
         while k > first[i] and pieces[k, 0] > side:
             k -= 1
         cursor[i] = k
-        since = rate * t + offset - pieces[k, 0]
-        a, b, c, d = pieces[k, 1], pieces[k, 2], pieces[k, 3], pieces[k, 4]
-        amplitude, angle = pieces[k, 5], pieces[k, 6] * since + pieces[k, 7]
-        if integers(s.order, channels)[i] == 0:
-            u[i] = a + since * (b + since * (c + since * d))
-            if amplitude != 0.0:
-                u[i] += amplitude * math.sin(angle)
-        else:
-            u[i] = rate * (b + since * (2.0 * c + since * 3.0 * d))
-            if amplitude != 0.0:
-                u[i] += rate * amplitude * pieces[k, 6] * math.cos(angle)
+        u[i] = piece_value(pieces[k], rate * t + offset - pieces[k, 0], integers(s.order, channels)[i], rate)
 
 
 @compiled(**LEAN)

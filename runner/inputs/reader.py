@@ -113,11 +113,20 @@ def stand_still(table, reader, place, i):
     k = table.first[i]
     while k < table.last[i] and table.pieces[k + 1, 0] <= table.offset[i]:
         k += 1
-    piece, s = table.pieces[k], table.offset[i] - table.pieces[k, 0]
-    value = piece[1] + s * (piece[2] + s * (piece[3] + s * piece[4])) + piece[5] * np.sin(piece[6] * s + piece[7])
     for row in range(ORIGIN, VALUE, GROUP):
         reader[place + row] = 0.0
-    reader[place + C0] = value if table.order[i] == 0 else 0.0
+    reader[place + C0] = piece_value(table.pieces[k], table.offset[i] - table.pieces[k, 0], table.order[i], 0.0)
+
+
+@compiled(**LEAN)
+def piece_value(piece, s, order, rate):
+    """Value (order 0) or time derivative (1) of a piece (8,) at s behind its start; rate: of its argument."""
+    amplitude, angle = piece[5], piece[6] * s + piece[7]
+    if order == 0:
+        wave = amplitude * np.sin(angle) if amplitude != 0.0 else 0.0
+        return piece[1] + s * (piece[2] + s * (piece[3] + s * piece[4])) + wave
+    wave = amplitude * piece[6] * np.cos(angle) if amplitude != 0.0 else 0.0
+    return rate * (piece[2] + s * (2.0 * piece[3] + s * 3.0 * piece[4]) + wave)
 
 
 @compiled(**LEAN)

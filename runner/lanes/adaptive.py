@@ -8,56 +8,25 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import typeof, types
+from numba import types
 
 from runner.compiled import compiled
-from runner.explicit.controller import CONTROL
-from runner.explicit.step import PAIR
 from runner.explicit.workspace import MOST_STAGES
-from runner.lanes.inputs import look_up, set_times
-from runner.lanes.judge import end_steps, judge_steps, propose_steps
-from runner.lanes.pack import (
-    AT,
-    BATCH,
-    ERROR,
-    FRESH,
-    GOOD,
-    LANDS,
-    LANES,
-    PACK,
-    SAMPLE,
-    STEPS,
-    STOP,
-    TARGET,
-    H,
-    T,
-    control_rows,
-)
-from runner.lanes.restart import begin, finish, plan, restart, scaled
-from runner.lanes.runs import INSIDE, all_idle, sample_time, write_sample
-from runner.lanes.vectors import ROW, call_lanes, choose, combine, doubles, estimate_errors
-from runner.memory import LEAN, floats, integers, record
+from runner.lanes.attempts import begin
+from runner.lanes.calls import call_lanes, doubles
+from runner.lanes.inputs import look_up_stage
+from runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
+from runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SAMPLE, TARGET, H, control_rows
+from runner.lanes.restart import CONTROL_TYPE, call_restart
+from runner.lanes.runs import all_idle
+from runner.lanes.samples import PAIR_TYPE, sample_within
+from runner.lanes.settle import call_settle
+from runner.lanes.values import ROW
+from runner.lanes.vectors import choose, combine, estimate_errors
+from runner.memory import LEAN, floats
 from runner.problem import Status
 
-RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)
-STEP_UNDERFLOW, TOO_MANY_STEPS = int(Status.STEP_UNDERFLOW), int(Status.TOO_MANY_STEPS)
-
-
-@compiled(**LEAN)
-def interpolate(batch, pack, pair, lane, theta):
-    """x_lane = the state of a lane at theta of its step, from its states and slopes."""
-    P, weights = floats(pair.P, pair.degree * MOST_STAGES), floats(pack.weights, MOST_STAGES)
-    for i in range(pair.all_stages):
-        weights[i] = 0.0
-        for j in range(pair.degree - 1, -1, -1):
-            weights[i] = (weights[i] + P[j * MOST_STAGES + i]) * theta
-    n, h = batch.n, control_rows(pack)[H * LANES + lane]
-    now, slopes, x = floats(pack.now, n * LANES), floats(pack.slopes, 1), floats(pack.x_lane, n)
-    for m in range(n):
-        total = 0.0
-        for i in range(pair.all_stages):
-            total += weights[i] * slopes[(i * n + m) * LANES + lane]
-        x[m] = now[m * LANES + lane] + h * total
+RUNNING, FINISHED = int(Status.RUNNING), int(Status.FINISHED)
 
 
 @compiled(**LEAN)
@@ -65,8 +34,7 @@ def evaluate_stage(batch, pack, pair, i, look, where):
     """Slope i of all lanes, at the states in the rows at an address; inputs are looked up where the time is new."""
     c = floats(pair.c, MOST_STAGES)
     if look or c[i] != c[i - 1]:
-        set_times(doubles(pack.control), c[i], min(max(c[i], INSIDE), 1.0 - INSIDE))
-        look_up(batch, pack)
+        look_up_stage(batch, pack, c[i])
     call_lanes(batch.rhs, pack.control + ROW * AT, where, pack.u, pack.c, pack.slopes + ROW * batch.n * i)
 
 
@@ -80,73 +48,6 @@ def sampled_within(pack):
 
 
 @compiled(**LEAN)
-def write_samples(batch, pack, pair, lane):
-    """Write the samples of a lane within its step by dense output, and the one at its end."""
-    rows, sample, n = control_rows(pack), integers(pack.sample, LANES), batch.n
-    t, end, h = rows[T * LANES + lane], rows[TARGET * LANES + lane], rows[H * LANES + lane]
-    if rows[SAMPLE * LANES + lane] < end:
-        integers(pack.evaluations, LANES)[lane] += pair.all_stages - pair.next_slope - 1
-    while rows[SAMPLE * LANES + lane] <= end:
-        at, j = rows[SAMPLE * LANES + lane], sample[lane]
-        if at < end:
-            interpolate(batch, pack, pair, lane, (at - t) / h)
-        else:
-            x, new = floats(pack.x_lane, n), floats(pack.new, n * LANES)
-            for m in range(n):
-                x[m] = new[m * LANES + lane]
-        write_sample(batch, pack, lane, j, at)
-        sample[lane] = j + 1
-        run = integers(pack.run, LANES)[lane]
-        rows[SAMPLE * LANES + lane] = sample_time(batch, run, j + 1) if j + 1 < batch.n_samples else np.inf
-
-
-@compiled(**LEAN)
-def fail(batch, control, pack, pair, lane):
-    """A lane needs a step too small, or diverged: the state with the largest scaled error is named."""
-    rows, run, n = control_rows(pack), integers(pack.run, LANES)[lane], batch.n
-    E, slopes = floats(pair.E, MOST_STAGES), floats(pack.slopes, 1)
-    new, found, largest = floats(pack.new, n * LANES), 0, -1.0
-    for m in range(n):
-        total = 0.0
-        for i in range(pair.stages):
-            if E[i] != 0.0:
-                total += E[i] * slopes[(i * n + m) * LANES + lane]
-        size = scaled(batch, control, pack, lane, m, rows[H * LANES + lane] * total)
-        size = size if abs(new[m * LANES + lane]) <= batch.limit else np.inf
-        if size > largest:
-            found, largest = m, size
-    floats(batch.failed_at, batch.runs)[run] = rows[T * LANES + lane]
-    integers(batch.failed_state, batch.runs)[run] = found
-    finish(batch, pack, pair, lane, STEP_UNDERFLOW if rows[ERROR * LANES + lane] < np.inf else NON_FINITE)
-
-
-@compiled(**LEAN)
-def end_lanes(batch, control, pack, pair, longest_step, stuck):
-    """After the step: runs that came to their end or got stuck are left, their lanes refilled; others pass a stop."""
-    rows, run = control_rows(pack), integers(pack.run, LANES)
-    for lane in range(LANES):
-        if run[lane] < 0:
-            continue
-        good = rows[GOOD * LANES + lane] > 0.0
-        landed = good and rows[LANDS * LANES + lane] > 0.0
-        t1 = floats(batch.t1, batch.runs)[run[lane]]
-        if stuck >> lane & 1:
-            fail(batch, control, pack, pair, lane)
-        elif landed and rows[STOP * LANES + lane] == t1:
-            finish(batch, pack, pair, lane, FINISHED)
-        elif good and batch.max_steps > 0 and rows[STEPS * LANES + lane] >= batch.max_steps:
-            finish(batch, pack, pair, lane, TOO_MANY_STEPS)
-        elif landed:
-            plan(batch, pack, lane)
-            rows[FRESH * LANES + lane] = pack.fresh = 1
-            continue
-        else:
-            continue
-        if begin(batch, pack, longest_step, lane):
-            pack.fresh = 1
-
-
-@compiled(**LEAN)
 def stuck_lanes(pack):
     """The lanes whose step cannot be made smaller, as bits."""
     rows, found = control_rows(pack), 0
@@ -155,48 +56,51 @@ def stuck_lanes(pack):
     return found
 
 
-_ARGUMENTS = tuple(typeof(record(fields)) for fields in (BATCH, PACK, PAIR, CONTROL))
+_ARGUMENTS = (BATCH_TYPE, PACK_TYPE, PAIR_TYPE, CONTROL_TYPE)
+
+
+@compiled(**LEAN)
+def accept(batch, pack, last):
+    """Where a step is good, its end is the present: time, states, and as the first slope the one numbered `last`."""
+    end_steps(doubles(pack.control))
+    choose(batch.n, pack.control + ROW * GOOD, pack.now, pack.new)
+    choose(batch.n, pack.control + ROW * GOOD, pack.slopes, pack.slopes + ROW * batch.n * last)
 
 
 @cache
 def advance(method: str, all_stages: int, next_slope: int) -> Any:
     """The compiled loop of a method: batch, pack, pair, control, longest step as a part of the span, most steps."""
+    last, first_dense, stages = np.int64(next_slope), np.int64(next_slope + 1), np.int64(all_stages)
 
     def loop(batch, pack, pair, control, longest_step, most_steps):
         rows, n, h = doubles(pack.control), batch.n, pack.control + ROW * H
         for _ in range(most_steps):
             if pack.fresh != 0:
-                restart(batch, control, pack, pair, longest_step)
+                call_restart(batch.restart, batch, control, pack, pair, longest_step)
                 if all_idle(pack):
                     return FINISHED
             propose_steps(rows, control.stretch)
-            for i in range(1, next_slope + 1):
-                target = pack.stage if i < next_slope else pack.new
+            for i in range(1, last + 1):
+                target = pack.stage if i < last else pack.new
                 combine(method, i, n, h, pack.now, pack.slopes, target)
                 evaluate_stage(batch, pack, pair, i, i == 1, target)
-            estimate_errors(
-                method, n, h, pack.now, pack.new, pack.slopes, batch.atol, batch.rtol, batch.limit,
-                pack.control + ROW * ERROR,
-            )  # fmt: skip
+            sizes = pack.control + ROW * ERROR
+            estimate_errors(method, n, h, pack.now, pack.new, pack.slopes, batch.atol, batch.rtol, batch.limit, sizes)
+            size_errors(rows, control.kind, pair.estimates, float(n))
             closely = judge_steps(
-                rows, control.kind, pair.estimates, float(n), control.order, control.beta, control.safety,
-                control.least, control.most,
-            )  # fmt: skip
+                rows, control.kind, control.order, control.beta, control.safety, control.least, control.most
+            )
             stuck = 0
             if closely > 0:
-                if all_stages > next_slope + 1 and sampled_within(pack) > 0:
-                    for i in range(next_slope + 1, all_stages):
+                if stages > first_dense and sampled_within(pack) > 0:
+                    for i in range(first_dense, stages):
                         combine(method, i, n, h, pack.now, pack.slopes, pack.stage)
-                        evaluate_stage(batch, pack, pair, i, i == next_slope + 1, pack.stage)
-                for lane in range(LANES):
-                    if control_rows(pack)[GOOD * LANES + lane] > 0.0:
-                        write_samples(batch, pack, pair, lane)
+                        evaluate_stage(batch, pack, pair, i, i == first_dense, pack.stage)
+                sample_within(batch.sample, batch, pack, pair)
                 stuck = stuck_lanes(pack)
-            end_steps(rows)
-            choose(n, pack.control + ROW * GOOD, pack.now, pack.new)
-            choose(n, pack.control + ROW * GOOD, pack.slopes, pack.slopes + ROW * n * next_slope)
+            accept(batch, pack, last)
             if closely > 0 or batch.max_steps > 0:
-                end_lanes(batch, control, pack, pair, longest_step, stuck)
+                call_settle(batch.settle, batch, control, pack, pair, longest_step, stuck)
                 if all_idle(pack):
                     return FINISHED
         return RUNNING

@@ -12,7 +12,7 @@ from runner.checks import unknown
 from runner.exact.batch import propagate_batch
 from runner.lanes.kernel import lane_rhs
 from runner.lanes.scalar import run_one_by_one
-from runner.lanes.task import make_task
+from runner.lanes.task import Task, make_task
 from runner.lanes.threads import run_in_lanes
 from runner.load import Model
 from runner.methods import Method, find_method
@@ -85,29 +85,37 @@ def simulate_batch(
     started = time.perf_counter()
     chosen = find_method(method)
     task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, samples, names)
-    kernel = lane_rhs(model)
-    reason = _reason(model, chosen, kernel)
-    if task.runs == 0:
-        pass
-    elif chosen.family == "exact":
-        arrays = task.arrays | vars(task.inputs)
-        limit = task.options.divergence_limit
-        propagate_batch(model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
-    elif reason:
-        run_one_by_one(task, progress, time_limit)
-    else:
-        run_in_lanes(task, kernel, threads, progress, time_limit)
-    arrays = task.arrays
-    columns = [*model.state_names, *(output.name for output in model.tables.outputs)]
-    results = ("final", "samples", "status", "failed_at", "failed_state", "steps", "failed_attempts", "evaluations")
+    reason = _compute(task, threads, progress, time_limit)
     return Batch(
-        **{name: arrays[name] for name in results},
-        sample_times=arrays["times"],
-        names=tuple(columns[i] for i in arrays["columns"]),
+        **{name: task.arrays[name] for name in _RESULTS},
+        sample_times=task.arrays["times"],
+        names=task.names,
         wall_time=time.perf_counter() - started,
         in_lanes=not reason,
         reason=reason,
     )
+
+
+_RESULTS = ("final", "samples", "status", "failed_at", "failed_state", "steps", "failed_attempts", "evaluations")
+
+
+def _compute(
+    task: Task, threads: int | None, progress: Callable[[float], None] | None, time_limit: float | None
+) -> str:
+    """Run all runs into the arrays of the task; returns why they did not go in lanes, nothing where they did."""
+    kernel = lane_rhs(task.model)
+    reason = _reason(task.model, task.method, kernel)
+    if task.runs == 0:
+        pass
+    elif task.method.family == "exact":
+        arrays = task.arrays | vars(task.inputs)
+        limit = task.options.divergence_limit
+        propagate_batch(task.model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
+    elif reason:
+        run_one_by_one(task, progress, time_limit)
+    else:
+        run_in_lanes(task, kernel, threads, progress, time_limit)
+    return reason
 
 
 #: Methods that run in lanes.

@@ -56,22 +56,27 @@ def propose_steps(control, stretch):
         control[H * LANES + lane] = (stop if lands else t + size) - t
 
 
-@lane_loop(types.int64(abi.POINTER, types.int64, types.int64, *[types.float64] * 6))
-def judge_steps(control, kind, estimates, n, order, beta, safety, least_factor, most):
+@lane_loop(types.void(abi.POINTER, types.int64, types.int64, types.float64))
+def size_errors(control, kind, estimates, n):
+    """ERROR: how large every lane's error is, from the sizes of its estimates; a good step's is at most 1."""
+    for lane in range(LANES):
+        error = control[ERROR * LANES + lane]
+        error = error if kind == MATLAB else math.sqrt(error / n)
+        length = math.sqrt(error * error + 0.01 * (control[ERROR_2 * LANES + lane] / n))
+        both = error * (error / (1.0 if length == 0.0 else length))
+        both = both if error < math.inf else error
+        control[ERROR * LANES + lane] = both if estimates > 1 else error
+
+
+@lane_loop(types.int64(abi.POINTER, types.int64, *[types.float64] * 5))
+def judge_steps(control, kind, order, beta, safety, least_factor, most):
     """Accept or reject every lane's attempt and size the next; returns how many want a closer look.
 
     Those are the ones that come to a stop or a sample, and the ones that are stuck (GOOD = -1).
     """
     found = 0
     for lane in range(LANES):
-        error = control[ERROR * LANES + lane]
-        second = control[ERROR_2 * LANES + lane]
-        error = error if kind == MATLAB else math.sqrt(error / n)
-        length = math.sqrt(error * error + 0.01 * (second / n))
-        both = error * (error / (1.0 if length == 0.0 else length))
-        both = both if error < math.inf else error
-        error = both if estimates > 1 else error
-        active = control[ACTIVE * LANES + lane] > 0.0
+        error, active = control[ERROR * LANES + lane], control[ACTIVE * LANES + lane] > 0.0
         good = active & (error <= 1.0)
         power = lane_exp((0.75 * beta - 1.0 / order) * lane_log(error if error > 1e-30 else 1e-30))
         last = control[LAST_ERROR * LANES + lane]
@@ -92,9 +97,8 @@ def judge_steps(control, kind, estimates, n, order, beta, safety, least_factor, 
         larger = proposed if lands & (failures == 0.0) & (larger < proposed) else larger
         smaller = h * down
         smaller = smaller if smaller > least else least
-        stuck = active & (not good) & ((tried if tried < h else h) <= least)
+        stuck = active & (not good) & ((tried <= least) | (h <= least))
         target = control[STOP * LANES + lane] if lands else control[T * LANES + lane] + h
-        control[ERROR * LANES + lane] = error
         control[NEXT * LANES + lane] = larger if good else control[NEXT * LANES + lane]
         control[TRIED * LANES + lane] = tried if good else smaller
         control[FAILURES * LANES + lane] = 0.0 if good else failures + 1.0

@@ -7,6 +7,7 @@ and that a loop of eight turns is not to be written out as scalars.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from llvmlite import ir
@@ -94,6 +95,11 @@ def lane_rhs(model: Model) -> Any | None:
     if lanes != abi.LANES or arguments != len(abi.LANE_KERNEL.args):
         raise LoadError(f"model {model.name}: lane_rhs is for {lanes} lanes, expected {abi.LANES}; generate it again")
     try:
-        return lane_loop(abi.LANE_KERNEL)(kernel.py_func)
+        return _compiled_kernel(kernel.py_func)
     except NumbaError as error:
         raise LoadError(f"model {model.name}: kernel 'lane_rhs' does not compile:\n{error}") from None
+
+
+@cache
+def _compiled_kernel(function: Callable[..., Any]) -> Any:
+    return lane_loop(abi.LANE_KERNEL)(function)

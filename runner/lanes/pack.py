@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numba import typeof
 from numpy.typing import NDArray
 
 from runner import abi
@@ -13,14 +14,18 @@ from runner.memory import VIEW, address, floats, layout, record
 LANES = abi.LANES
 
 #: Fields of a batch. Of run r: t0, t1 (runs,), initial (runs, n), constants (runs, n_constants); of its channel i:
-#: table, rate, offset (runs, channels), order, grid (channels,). Tables: pieces (n_pieces, 8), of table k those from
-#: first[k] to last[k], per_length[k]; breaks from break_first[k] to break_last[k] - 1. Samples: times (runs,
+#: table, rate, offset (runs, channels), order, way (channels,). Tables: pieces (n_pieces, 8), of table k those from
+#: first[k] to last[k]; buckets[k] of its guide, from guide[guide_first[k]] on; breaks from break_first[k] to
+#: break_last[k] - 1. even, guided: the channels of that way, the first n_even and n_guided among the n_inputs that
+#: stages read, the first all_even and all_guided among the n_watched that stages or samples read; hops: comparisons
+#: after the guide. rhs, outputs: kernels; look_up, sample, settle, restart: functions of lanes. Samples: times (runs,
 #: n_samples), columns (n_columns,): states, then n + output. next: the run that the next free lane takes. atol (n,).
 #: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
 #: evaluations, failed_at (runs,).
 BATCH = layout(
-    "runs n channels n_inputs n_constants n_outputs n_pieces rhs outputs "
-    "t0 t1 initial constants atol table rate offset order grid pieces first last per_length "
+    "runs n channels n_inputs n_watched n_constants n_outputs n_pieces rhs outputs look_up sample settle restart "
+    "t0 t1 initial constants atol table rate offset order way pieces first last buckets guide guide_first hops "
+    "even n_even all_even guided n_guided all_guided "
     "break_first break_last breaks n_samples times samples columns n_columns needs_outputs "
     "next final status failed_state steps failed_attempts evaluations failed_at max_steps",
     "step limit rtol max_step first_step",
@@ -28,31 +33,38 @@ BATCH = layout(
 
 #: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;
 #: u; c; control and inputs: the rows named below), of integers per lane (run: -1 where idle; sample: the next one;
-#: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane, c_lane, weights), of cursors (LANES, channels) and
-#: kinds (channels,); taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be taken anew.
+#: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane), of weights of dense output, of cursors (LANES,
+#: channels) and kinds (channels,); taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be
+#: taken anew.
 PACK = layout(
     "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
-    "x_lane u_lane y_lane c_lane weights turns piece sample_piece break_at lane_kind kind leader taken fresh"
+    "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader taken fresh"
 )
 
 #: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
 #: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; TARGET: where the step
 #: ends. Fixed steps: START, K, STEP: the grid START + K*STEP; ATTENTION: a grid point beyond it wants a closer look;
-#: SIZE: sum of squares of the states. Adaptive steps: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the
-#: end; SAMPLE: time of the next sample; NEXT, LEAST: size of the next step, and the least that advances the time;
-#: PROPOSED: what the step was to be at first; TRIED: what is tried; LANDS: 1 where it ends at STOP; FAILURES in a row;
-#: ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where the step is accepted; FRESH: 1 where the slope is to be taken
-#: anew; STEPS, FAILED: counts; LONGEST: step.
+#: SIZE: sum of squares of the states; BREAK: the next breakpoint; STOP: that or the next sample. Adaptive steps:
+#: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the end; SAMPLE: time of the next sample; NEXT, LEAST:
+#: size of the next step, and the least that advances the time; PROPOSED: what the step was to be at first; TRIED: what
+#: is tried; LANDS: 1 where it ends at STOP; FAILURES in a row; ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where
+#: the step is accepted; FRESH: 1 where the slope is to be taken anew; STEPS, FAILED: counts; LONGEST: step; THETA:
+#: where in its step, 0 to 1, dense output is wanted.
 (T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
 (ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
-(GOOD, FRESH, STEPS, FAILED, LONGEST) = range(24, 29)
-CONTROL_ROWS = 29
+(GOOD, FRESH, STEPS, FAILED, LONGEST, THETA, BREAK) = range(24, 31)
+CONTROL_ROWS = 31
 
 #: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(FREQUENCY*t) +
-#: COSINE_PART*cos(FREQUENCY*t), where s = RATE*t + OFFSET - BEGIN. A channel whose pieces are of one length computes
-#: which it needs: C0: where the second begins; C1: pieces per length; C2: the first; C3: how many more there are.
+#: COSINE_PART*cos(FREQUENCY*t), where s = RATE*t + OFFSET - BEGIN.
 RATE, OFFSET, BEGIN, C0, C1, C2, C3, FREQUENCY, SINE_PART, COSINE_PART = range(10)
 INPUT_ROWS = 10
+#: Rows of a channel that computes its piece (see `tables`). BEGIN: the start of the second piece; PER_LENGTH, LENGTH:
+#: of a piece, or bucket of the guide; BUCKETS: one more than there are; FIRST: piece, or entry of the guide; LAST: the
+#: last piece in bytes; PLACE: the piece in bytes, an int64; SINCE: the argument less the piece's start.
+PER_LENGTH, LENGTH, BUCKETS, FIRST, LAST, PLACE, SINCE = range(3, 10)
+
+BATCH_TYPE, PACK_TYPE = typeof(record(BATCH)), typeof(record(PACK))
 
 
 @compiled(**VIEW)
@@ -80,15 +92,14 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
         "control": rows(CONTROL_ROWS),
         "inputs": rows(INPUT_ROWS * channels),
         "turns": rows(2 * channels),
-        "weights": np.zeros(MOST_STAGES),
+        "weights": rows(MOST_STAGES),
         "x_lane": np.zeros(n),
         "u_lane": np.zeros(channels),
         "y_lane": np.zeros(max(1, int(batch["n_outputs"]))),
-        "c_lane": np.zeros(max(1, int(batch["n_constants"]))),
     }
     for name in ("run", "sample", "landing", "steps", "evaluations", "failed_attempts"):
         arrays[name] = np.full(LANES, -1 if name == "run" else 0, dtype=np.int64)
-    for name in ("piece", "sample_piece", "break_at", "lane_kind"):
+    for name in ("piece", "break_at", "lane_kind"):
         arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
     arrays["kind"], arrays["leader"] = np.full(channels, -1), np.zeros(channels, dtype=np.int64)
     return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays

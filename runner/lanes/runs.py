@@ -3,9 +3,10 @@
 import numpy as np
 
 from runner.compiled import compiled
-from runner.lanes.inputs import piece_at
+from runner.lanes.calls import take_next
 from runner.lanes.pack import (
     ACTIVE,
+    AT,
     ATTENTION,
     FRESH,
     HIGH,
@@ -22,12 +23,7 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.vectors import take_next
 from runner.memory import LEAN, floats, integers
-from runner.pointers import call_kernel
-
-#: Inputs of a step's ends are looked up this part of the step inside it: the limit from within where an input jumps.
-INSIDE = 1e-6
 
 
 @compiled(**LEAN)
@@ -37,66 +33,11 @@ def sample_time(batch, run, j):
 
 
 @compiled(**LEAN)
-def gather(pack, lane, where, x):
-    """Copy the states of a lane from rows at an address into x (n,)."""
+def gather(lane, where, x):
+    """Copy what stands for a lane in the rows at an address into x (n,)."""
     rows = floats(where, len(x) * LANES)
     for m in range(len(x)):
         x[m] = rows[m * LANES + lane]
-
-
-@compiled(**LEAN)
-def lane_inputs(batch, pack, lane, t):
-    """All channels of one lane at time t into u_lane; at a jump, the limit from the right."""
-    run, cursor = integers(pack.run, LANES)[lane], integers(pack.sample_piece, 1)
-    u = floats(pack.u_lane, batch.channels)
-    for i in range(batch.channels):
-        where = run * batch.channels + i
-        rate = floats(batch.rate, 1)[where]
-        tau = rate * t + floats(batch.offset, 1)[where]
-        k = piece_at(batch, integers(batch.table, 1)[where], cursor[lane * batch.channels + i], tau)
-        cursor[lane * batch.channels + i] = k
-        p = floats(batch.pieces + 64 * k, 8)
-        s = tau - p[0]
-        if integers(batch.order, 1)[i] == 0:
-            u[i] = p[1] + s * (p[2] + s * (p[3] + s * p[4]))
-            if p[5] != 0.0:
-                u[i] += p[5] * np.sin(p[6] * s + p[7])
-        else:
-            u[i] = p[2] + s * (2.0 * p[3] + s * 3.0 * p[4])
-            if p[5] != 0.0:
-                u[i] += p[5] * p[6] * np.cos(p[6] * s + p[7])
-            u[i] *= rate
-
-
-@compiled(**LEAN)
-def write_sample(batch, pack, lane, j, t):
-    """Write the sample j of a lane, whose state at t stands in x_lane."""
-    run, n = integers(pack.run, LANES)[lane], batch.n
-    x, y = floats(pack.x_lane, n), floats(pack.y_lane, batch.n_outputs)
-    if batch.needs_outputs:
-        lane_inputs(batch, pack, lane, t)
-        rows, c = floats(pack.c, batch.n_constants * LANES), floats(pack.c_lane, batch.n_constants)
-        for m in range(batch.n_constants):
-            c[m] = rows[m * LANES + lane]
-        call_kernel(batch.outputs, t, x, floats(pack.u_lane, batch.channels), c, y)
-    columns = integers(batch.columns, batch.n_columns)
-    values = floats(batch.samples + 8 * batch.n_columns * (run * batch.n_samples + j), batch.n_columns)
-    for i in range(batch.n_columns):
-        values[i] = x[columns[i]] if columns[i] < n else y[columns[i] - n]
-
-
-@compiled(**LEAN)
-def write_samples_at(batch, pack, lane, t, where, near):
-    """Write the samples of a lane that are at t, or before it by less than `near`, from its states at `where`."""
-    run, sample = integers(pack.run, LANES)[lane], integers(pack.sample, LANES)
-    while sample[lane] < batch.n_samples:
-        at = sample_time(batch, run, sample[lane])
-        if at > t + near:
-            break
-        if at >= t - near:
-            gather(pack, lane, where, floats(pack.x_lane, batch.n))
-            write_sample(batch, pack, lane, sample[lane], t)
-        sample[lane] += 1
 
 
 @compiled(**LEAN)
@@ -153,12 +94,12 @@ def take_run(batch, pack, lane):
     for m in range(batch.n_constants):
         c[m * LANES + lane] = constants[m]
     for i in range(batch.channels):
-        for cursor in (pack.piece, pack.sample_piece, pack.break_at):
+        for cursor in (pack.piece, pack.break_at):
             integers(cursor, 1)[lane * batch.channels + i] = 0
     control, t0 = control_rows(pack), floats(batch.t0, batch.runs)[run]
     control[T * LANES + lane] = t0
     control[LOW * LANES + lane] = control[HIGH * LANES + lane] = np.inf
-    control[SIDE * LANES + lane] = t0
+    control[AT * LANES + lane] = control[SIDE * LANES + lane] = t0
     return True
 
 
@@ -166,7 +107,7 @@ def take_run(batch, pack, lane):
 def leave(batch, pack, lane, status, where):
     """Write the results of a lane's run: its states stand in the rows at an address."""
     run, n = integers(pack.run, LANES)[lane], batch.n
-    gather(pack, lane, where, floats(batch.final + 8 * n * run, n))
+    gather(lane, where, floats(batch.final + 8 * n * run, n))
     integers(batch.status, batch.runs)[run] = status
     integers(batch.steps, batch.runs)[run] = integers(pack.steps, LANES)[lane]
     integers(batch.failed_attempts, batch.runs)[run] = integers(pack.failed_attempts, LANES)[lane]

@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from runner.checks import unknown
 from runner.inputs.bind import as_signal, check_continuous
 from runner.inputs.shapes import constant
-from runner.inputs.signal import AMPLITUDE, START, Signal
+from runner.inputs.signal import Signal
+from runner.lanes.guides import ways
+from runner.lanes.tables import EVEN, GUIDED
 from runner.tables import Tables
-
-#: Pieces from which on it is worth computing which one holds, and how far their lengths may differ by rounding.
-FEW, SAME = 16, 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,20 +42,24 @@ BatchInput = Signal | SignalPerRun | float | Sequence[Signal | float] | NDArray[
 class BatchTable:
     """All inputs of all runs. table, rate, offset (runs, channels); order (channels,): 0 value, 1 time derivative.
 
-    Table k is pieces[first[k] : last[k] + 1] with breaks[break_first[k] : break_last[k]]. per_length[k]: where all its
-    pieces but the first and last are of one length and have no sine, the reciprocal of that, else 0. grid (channels,):
-    whether that is so in every run.
+    Table k is pieces[first[k] : last[k] + 1] with breaks[break_first[k] : break_last[k]]. way (channels,): how lanes
+    find its pieces; even, guided: the channels of either way; buckets, guide, guide_first, hops: see `guides`.
     """
 
     table: NDArray[np.int64]
     rate: NDArray[np.float64]
     offset: NDArray[np.float64]
     order: NDArray[np.int64]
-    grid: NDArray[np.int64]
+    way: NDArray[np.int64]
+    even: NDArray[np.int64]
+    guided: NDArray[np.int64]
     pieces: NDArray[np.float64]
     first: NDArray[np.int64]
     last: NDArray[np.int64]
-    per_length: NDArray[np.float64]
+    buckets: NDArray[np.int64]
+    guide: NDArray[np.int64]
+    guide_first: NDArray[np.int64]
+    hops: int
     break_first: NDArray[np.int64]
     break_last: NDArray[np.int64]
     breaks: NDArray[np.float64]
@@ -116,8 +119,9 @@ def stack_runs(tables: Tables, inputs: Any, runs: int) -> BatchTable:
     _check_finite(tables, rate, offset)
     order = np.array([int(bool(channel.rate_of)) for channel in tables.inputs], dtype=np.int64)
     stacked = _stacked(found.signals)
-    grid = (stacked["per_length"][table] > 0).all(axis=0).astype(np.int64)
-    return BatchTable(table, rate, offset, order, grid, **stacked)
+    way, guides = ways(table, [signal.pieces for signal in found.signals], stacked["first"])
+    even, guided = np.flatnonzero(way == EVEN), np.flatnonzero(way == GUIDED)
+    return BatchTable(table, rate, offset, order, way, even, guided, **stacked, **guides)
 
 
 def _by_name(tables: Tables, inputs: Any, runs: int, zero: Signal) -> dict[str, Any]:
@@ -178,16 +182,7 @@ def _stacked(signals: list[Signal]) -> dict[str, Any]:
         "pieces": np.ascontiguousarray(np.concatenate([*(block for _, block in blocks.values()), np.zeros((1, 8))])),
         "first": first,
         "last": first + np.array([len(signal.pieces) - 1 for signal in signals], dtype=np.int64),
-        "per_length": np.array([_per_length(signal.pieces) for signal in signals]),
         "break_first": ends - np.array(counts, dtype=np.int64),
         "break_last": ends,
         "breaks": np.concatenate([*(np.sort(signal.breakpoints) for signal in signals), np.zeros(1)]),
     }
-
-
-def _per_length(pieces: NDArray[np.float64]) -> float:
-    """The reciprocal of the length of all pieces but first and last; 0 where they differ, are few, or have sines."""
-    lengths = np.diff(pieces[1:, START])
-    if len(lengths) < FEW or pieces[:, AMPLITUDE].any() or np.ptp(lengths) > SAME * lengths.mean() * len(lengths):
-        return 0.0
-    return float(len(lengths) / (pieces[-1, START] - pieces[1, START]))

@@ -13,6 +13,8 @@ from runner.equilibrium import AT_REST, EquilibriumError, rest
 from runner.inputs.signal import InputTable, Signal
 from runner.lanes.signals import BatchTable
 from runner.load import Model
+from runner.memory import intrinsic
+from runner.pointers import call_kernel, caller, pointer
 
 Floats = NDArray[np.float64]
 
@@ -22,35 +24,62 @@ MOST_ITERATIONS = 12
 DOUBTFUL = 1e9
 
 
-def _constants(kernel, p, c):
+@intrinsic
+def _call_constants(typing_context: Any, where: Any, p: Any, c: Any) -> Any:
+    """Call the kernel constants(p, c) at an address."""
+    return caller(abi.SIGNATURES["constants"])
+
+
+@intrinsic
+def _call_jacobian(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, J: Any) -> Any:
+    """Call the kernel jacobian(t, x, u, c, J) at an address."""
+    return caller(abi.MATRIX_KERNEL)
+
+
+def _constants(where, p, c):
     for run in range(len(p)):
-        kernel(p[run], c[run])
+        _call_constants(where, p[run], c[run])
 
 
-def _evaluate(kernel, t, x, u, c, result):
+def _slopes(where, t, x, u, c, dx):
     for run in range(len(x)):
-        kernel(t[run], x[run], u[run], c[run], result[run])
+        call_kernel(where, t[run], x[run], u[run], c[run], dx[run])
+
+
+def _jacobians(where, t, x, u, c, J):
+    for run in range(len(x)):
+        _call_jacobian(where, t[run], x[run], u[run], c[run], J[run])
 
 
 _TABLE = types.Array(types.float64, 2, "C")
 _STACK = types.Array(types.float64, 3, "C")
+_POINT = (types.int64, abi.VECTOR, _TABLE, _TABLE, _TABLE)
 
 
 @cache
 def _compiled_constants() -> Any:
-    return compiled(types.void(types.FunctionType(abi.SIGNATURES["constants"]), _TABLE, _TABLE))(_constants)
+    return compiled(types.void(types.int64, _TABLE, _TABLE))(_constants)
 
 
 @cache
-def _compiled_evaluate(kernel: Any, result: Any) -> Any:
-    return compiled(types.void(kernel, abi.VECTOR, _TABLE, _TABLE, _TABLE, result))(_evaluate)
+def _compiled_slopes() -> Any:
+    return compiled(types.void(*_POINT, _TABLE))(_slopes)
+
+
+@cache
+def _compiled_jacobians() -> Any:
+    return compiled(types.void(*_POINT, _STACK))(_jacobians)
+
+
+def _address(model: Model, name: str) -> int:
+    return pointer(model.kernel(name), abi.SIGNATURES[name], name)
 
 
 def constants_of(model: Model, p: Floats) -> Floats:
     """Constants (runs, n_constants) for parameters (runs, n_parameters); a ValueError names the run it fails for."""
     c = np.zeros((len(p), len(model.tables.constant_names)))
     try:
-        _compiled_constants()(model.kernel("constants"), np.ascontiguousarray(p), c)
+        _compiled_constants()(_address(model, "constants"), np.ascontiguousarray(p), c)
         bad = np.flatnonzero(~np.isfinite(c).all(axis=1))
     except ZeroDivisionError:
         bad = np.arange(len(p))
@@ -83,13 +112,13 @@ def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> Floats
     runs, n = len(c), len(model.coordinate_names)
     x, u = np.zeros((runs, 2 * n)), inputs_at(table, t0)
     slopes, matrices = np.zeros((runs, 2 * n)), np.zeros((runs, 2 * n, 2 * n))
-    rhs, jacobian = _compiled_evaluate(abi.RHS, _TABLE), _compiled_evaluate(abi.JACOBIAN, _STACK)
+    rhs, jacobian = _address(model, "rhs"), _address(model, "jacobian")
     settled = np.zeros(runs, dtype=bool)
     with np.errstate(all="ignore"):
         for _ in range(MOST_ITERATIONS):
             try:
-                rhs(model.kernel("rhs"), t0, x, u, c, slopes)
-                jacobian(model.kernel("jacobian"), t0, x, u, c, matrices)
+                _compiled_slopes()(rhs, t0, x, u, c, slopes)
+                _compiled_jacobians()(jacobian, t0, x, u, c, matrices)
                 r, J = slopes[:, n:], matrices[:, n:, :n]
                 scale = np.abs(J).max(axis=2, initial=0.0, keepdims=True)
                 inverse = np.linalg.inv(J / scale)

@@ -12,10 +12,16 @@ from typing import TYPE_CHECKING, Any
 from runner.explicit.controller import control_for
 from runner.explicit.step import pair_for
 from runner.lanes import adaptive, fixed
+from runner.lanes.inputs import LOOK_UP, read_inputs
+from runner.lanes.landing import LAND, land
 from runner.lanes.pack import LANES, make_pack
+from runner.lanes.restart import RESTART, restart
+from runner.lanes.samples import SAMPLE_WITHIN, write_samples_within
+from runner.lanes.settle import SETTLE, settle
 from runner.memory import address
 from runner.methods import Method
 from runner.options import Options
+from runner.pointers import pointer
 from runner.problem import Status
 from runner.workers import cores, on_threads
 
@@ -34,8 +40,8 @@ def run_in_lanes(
     time_limit: float | None,
 ) -> None:
     """Integrate all runs in packs of lanes, into the arrays of the task."""
-    batch = task.record(kernel)
     driver = driver_for(task.method, task.options)
+    batch = task.record(kernel, driver.functions)
     most_steps = max(16, SLICE_WORK // (LANES * int(batch["n"]) * driver.slopes))
 
     def work(stop: Event) -> None:
@@ -54,7 +60,7 @@ def run_in_lanes(
 class Driver:
     """A method's compiled start and loop, their arguments between the pack and the number of steps, and its slopes.
 
-    keep: what the arguments point into.
+    functions: addresses of what the loop calls, compiled once for all methods. keep: what the arguments point into.
     """
 
     start: Any
@@ -62,6 +68,7 @@ class Driver:
     start_arguments: tuple[Any, ...]
     arguments: tuple[Any, ...]
     slopes: int
+    functions: dict[str, int]
     keep: Any = None
 
 
@@ -73,10 +80,21 @@ def driver_for(method: Method, options: Options) -> Driver:
     if pair is None:
         c = tableau.c.copy()
         loop = fixed.advance(method.name, tableau.stages)
-        return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, c)
+        functions = _addresses(look_up=(read_inputs, LOOK_UP), settle=(land, LAND))
+        return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, functions, c)
     coefficients, table = pair_for(pair)
     control = control_for(pair.controller, pair.error_order, options.rtol, options.divergence_limit)
     loop = adaptive.advance(method.name, pair.dense.stages, pair.next_slope)
     longest = float(pair.longest_step)
     arguments = (coefficients, control, longest)
-    return Driver(adaptive.compiled_start(), loop, (longest,), arguments, pair.dense.stages, table)
+    functions = _addresses(
+        look_up=(read_inputs, LOOK_UP),
+        sample=(write_samples_within, SAMPLE_WITHIN),
+        settle=(settle, SETTLE),
+        restart=(restart, RESTART),
+    )
+    return Driver(adaptive.compiled_start(), loop, (longest,), arguments, pair.dense.stages, functions, table)
+
+
+def _addresses(**functions: tuple[Any, Any]) -> dict[str, int]:
+    return {name: pointer(function, signature, name) for name, (function, signature) in functions.items()}

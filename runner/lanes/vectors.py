@@ -5,7 +5,7 @@ as numbers, those that vanish are left out, sums stay in registers. Looping over
 twice the whole step.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -16,71 +16,9 @@ from numba.core import cgutils
 from numpy.typing import NDArray
 
 from runner import abi
+from runner.lanes.values import ROW, Value, load, over_states, splat, store, zeros
 from runner.memory import intrinsic
 from runner.methods import find_method
-from runner.pointers import caller
-
-#: Bytes of a row of lanes.
-ROW = 8 * abi.LANES
-_VECTOR = ir.VectorType(ir.DoubleType(), abi.LANES)
-
-
-class Value:
-    """A vector of lanes under construction, so that emitted sums read as formulas; a*b + c becomes one instruction."""
-
-    def __init__(self, builder: Any, value: Any) -> None:
-        self.builder, self.value = builder, value
-
-    def _with(self, other: "Value | float") -> Any:
-        return other.value if isinstance(other, Value) else ir.Constant(_VECTOR, [float(other)] * abi.LANES)
-
-    def __add__(self, other: "Value | float") -> "Value":
-        return Value(self.builder, self.builder.fadd(self.value, self._with(other), flags=("contract",)))
-
-    def __mul__(self, other: "Value | float") -> "Value":
-        return Value(self.builder, self.builder.fmul(self.value, self._with(other), flags=("contract",)))
-
-    def __truediv__(self, other: "Value") -> "Value":
-        return Value(self.builder, self.builder.fdiv(self.value, other.value))
-
-    def __abs__(self) -> "Value":
-        fabs = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), f"llvm.fabs.v{abi.LANES}f64"
-        )
-        return Value(self.builder, self.builder.call(fabs, [self.value]))
-
-    def larger(self, other: "Value") -> "Value":
-        """The larger of two, `self` where they do not compare."""
-        less = self.builder.fcmp_ordered("<", self.value, other.value)
-        return Value(self.builder, self.builder.select(less, other.value, self.value))
-
-    def where_ordered(self, size: "Value", bound: "Value") -> "Value":
-        """The value where it is finite or infinite but no NaN and size <= bound, elsewhere infinity."""
-        builder = self.builder
-        fine = builder.and_(
-            builder.fcmp_ordered("ord", self.value, self.value), builder.fcmp_ordered("<=", size.value, bound.value)
-        )
-        infinite = ir.Constant(_VECTOR, [float("inf")] * abi.LANES)
-        return Value(builder, builder.select(fine, self.value, infinite))
-
-
-def splat(builder: Any, number: Any) -> Value:
-    """The same number in every lane."""
-    undefined = ir.Constant(_VECTOR, ir.Undefined)
-    one = builder.insert_element(undefined, number, ir.Constant(ir.IntType(32), 0))
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), abi.LANES), [0] * abi.LANES)
-    return Value(builder, builder.shuffle_vector(one, undefined, mask))
-
-
-def load(builder: Any, address: Any) -> Value:
-    """The row of lanes at an address."""
-    return Value(builder, builder.load(builder.inttoptr(address, _VECTOR.as_pointer()), align=ROW))
-
-
-def store(value: Value, address: Any) -> None:
-    """Write a row of lanes."""
-    builder = value.builder
-    builder.store(value.value, builder.inttoptr(address, _VECTOR.as_pointer()), align=ROW)
 
 
 @cache
@@ -95,7 +33,7 @@ def rows_of(method: str) -> tuple[NDArray[np.float64], ...]:
 
 def weighted(builder: Any, weights: Sequence[float], slopes: Any, stride: Any, place: Any) -> Value:
     """Sum of weights[j] * slope j at `place` bytes into each; vanishing weights are left out."""
-    total = Value(builder, ir.Constant(_VECTOR, [0.0] * abi.LANES))
+    total = zeros(builder)
     first = True
     for j, weight in enumerate(weights):
         if weight != 0.0:
@@ -103,12 +41,6 @@ def weighted(builder: Any, weights: Sequence[float], slopes: Any, stride: Any, p
             term = load(builder, where) * float(weight)
             total, first = (term if first else load(builder, where) * float(weight) + total), False
     return total
-
-
-def over_states(builder: Any, n: Any, emit: Callable[[Any], None]) -> None:
-    """A loop over n states; emit(place) writes its body, place: the state's bytes into a row of states."""
-    with cgutils.for_range(builder, n) as loop:
-        emit(builder.mul(loop.index, loop.index.type(ROW)))
 
 
 @intrinsic(prefer_literal=True)
@@ -150,7 +82,7 @@ def sum_of_squares(typing_context: Any, n: Any, base: Any, target: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         states, start, result = arguments
-        total = cgutils.alloca_once_value(builder, ir.Constant(_VECTOR, [0.0] * abi.LANES))
+        total = cgutils.alloca_once_value(builder, zeros(builder).value)
 
         def body(place: Any) -> None:
             x = load(builder, builder.add(start, place))
@@ -161,39 +93,6 @@ def sum_of_squares(typing_context: Any, n: Any, base: Any, target: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(types.int64, types.int64, types.int64), emit
-
-
-@intrinsic
-def doubles(typing_context: Any, where: Any) -> Any:
-    """The pointer to float64 at an address."""
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
-
-    return abi.POINTER(types.int64), emit
-
-
-@intrinsic
-def call_lanes(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
-    """Call a lane kernel of the calling convention at an address; the others are addresses, too."""
-    _, call = caller(abi.LANE_KERNEL)
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pointers = [builder.inttoptr(each, ir.DoubleType().as_pointer()) for each in arguments[1:]]
-        return call(context, builder, signature, [arguments[0], *pointers])
-
-    return types.void(*[types.int64] * 6), emit
-
-
-@intrinsic
-def take_next(typing_context: Any, where: Any) -> Any:
-    """Add one to the int64 at an address and give what it was; threads may do so at the same time."""
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
-        return builder.atomic_rmw("add", place, ir.IntType(64)(1), "monotonic")
-
-    return types.int64(types.int64), emit
 
 
 @intrinsic(prefer_literal=True)
@@ -211,7 +110,7 @@ def estimate_errors(
         _, states, step, old_rows, new_rows, first, tolerances, relative, bound, result = arguments
         h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
         rtol_lanes, bound_lanes = splat(builder, relative), splat(builder, bound)
-        zero = ir.Constant(_VECTOR, [0.0] * abi.LANES)
+        zero = zeros(builder).value
         totals = [cgutils.alloca_once_value(builder, zero) for _ in pair.error_weights]
 
         def body(place: Any) -> None:
@@ -245,7 +144,7 @@ def choose(typing_context: Any, n: Any, chosen: Any, old: Any, new: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         states, mask, old_rows, new_rows = arguments
-        zero = ir.Constant(_VECTOR, [0.0] * abi.LANES)
+        zero = zeros(builder).value
         taken = builder.fcmp_ordered("!=", load(builder, mask).value, zero)
 
         def body(place: Any) -> None:

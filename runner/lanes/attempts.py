@@ -1,0 +1,82 @@
+"""What a lane of an adaptive method is given and leaves: its next stop and run, its results, sizes of its states."""
+
+import numpy as np
+
+from runner.compiled import compiled
+from runner.explicit.adaptive import APART
+from runner.explicit.controller import MATLAB
+from runner.lanes.pack import (
+    ACTIVE,
+    FAILED,
+    FAILURES,
+    FRESH,
+    LANES,
+    LONGEST,
+    NEXT,
+    SAMPLE,
+    STEPS,
+    STOP,
+    T,
+    control_rows,
+)
+from runner.lanes.runs import leave, next_break, sample_time, take_run
+from runner.memory import LEAN, floats, integers
+
+
+@compiled(**LEAN)
+def plan(batch, pack, lane):
+    """The next stop of a lane after its present time, and its next sample, those at present being written."""
+    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    t0, t1 = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run]
+    near = APART * max(np.spacing(abs(t0)), np.spacing(abs(t1)))
+    stop = next_break(batch, pack, lane, control[T * LANES + lane] + near)
+    control[STOP * LANES + lane] = stop if stop < t1 - near else t1
+    j = integers(pack.sample, LANES)[lane]
+    control[SAMPLE * LANES + lane] = sample_time(batch, run, j) if j < batch.n_samples else np.inf
+
+
+@compiled(**LEAN)
+def begin(batch, pack, longest_step, lane):
+    """Give a lane its next run; False where there is none."""
+    if not take_run(batch, pack, lane):
+        return False
+    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    for row in (STEPS, FAILED, FAILURES):
+        control[row * LANES + lane] = 0.0
+    span = floats(batch.t1, batch.runs)[run] - floats(batch.t0, batch.runs)[run]
+    control[LONGEST * LANES + lane] = batch.max_step if batch.max_step > 0.0 else longest_step * span
+    control[NEXT * LANES + lane] = np.inf
+    control[ACTIVE * LANES + lane] = control[FRESH * LANES + lane] = 1.0
+    return True
+
+
+@compiled(**LEAN)
+def finish(batch, pack, pair, lane, status):
+    """Write the results of a lane's run, whose states are those now."""
+    control = control_rows(pack)
+    steps, failed = np.int64(control[STEPS * LANES + lane]), np.int64(control[FAILED * LANES + lane])
+    ends_with_next = pair.next_slope < pair.stages
+    integers(pack.steps, LANES)[lane], integers(pack.failed_attempts, LANES)[lane] = steps, failed
+    integers(pack.evaluations, LANES)[lane] += (steps + failed) * (pair.stages - 1) + (0 if ends_with_next else steps)
+    leave(batch, pack, lane, status, pack.now)
+
+
+@compiled(**LEAN)
+def scaled(batch, control, pack, lane, m, value):
+    """A number relative to the tolerance of state m of a lane, at its present state."""
+    x = abs(floats(pack.now, batch.n * LANES)[m * LANES + lane])
+    part, atol = batch.rtol * x, floats(batch.atol, batch.n)[m]
+    ratio = abs(value) / (max(part, atol) if control.kind == MATLAB else part + atol)
+    return ratio if ratio < np.inf and x <= batch.limit else np.inf
+
+
+@compiled(**LEAN)
+def lane_norm(batch, control, pack, lane, rows, minus, factor):
+    """Size of a lane's states in the rows at an address, less those at another times a factor."""
+    a, b = floats(rows, batch.n * LANES), floats(minus, batch.n * LANES)
+    total = 0.0
+    for m in range(batch.n):
+        value = a[m * LANES + lane] - (factor * b[m * LANES + lane] if factor != 0.0 else 0.0)
+        ratio = scaled(batch, control, pack, lane, m, value)
+        total = max(total, ratio) if control.kind == MATLAB else total + ratio * ratio
+    return total if control.kind == MATLAB else np.sqrt(total / batch.n)

@@ -1,0 +1,179 @@
+"""Where lanes of constant step land: on grid points, breakpoints, samples, the end of the run or out of bounds."""
+
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from runner.compiled import compiled
+from runner.explicit.march import SNAP
+from runner.lanes.pack import (
+    ATTENTION,
+    BATCH_TYPE,
+    BREAK,
+    LANES,
+    PACK_TYPE,
+    START,
+    STEP,
+    STOP,
+    TARGET,
+    H,
+    K,
+    T,
+    control_rows,
+)
+from runner.lanes.runs import leave, next_break, sample_time, take_run
+from runner.lanes.samples import write_samples
+from runner.memory import LEAN, floats, integers, intrinsic
+from runner.pointers import caller
+from runner.problem import Status
+
+#: As np.int64, because numba compiles a function again for every literal int that it is called with.
+FINISHED, NON_FINITE = np.int64(Status.FINISHED), np.int64(Status.NON_FINITE)
+#: What a step of a lane lands on, as bits; NEW: the lane has just taken its run.
+GRID, AT_STOP, END, NEW = 1, 2, 4, 8
+
+
+@compiled(**LEAN)
+def plan_stop(batch, pack, lane, t):
+    """STOP: the next breakpoint or sample after t; ATTENTION: from when on the lane wants a closer look."""
+    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
+    near = SNAP * step
+    sample = np.inf
+    if integers(pack.sample, LANES)[lane] < batch.n_samples:
+        sample = sample_time(batch, run, integers(pack.sample, LANES)[lane])
+    if control[BREAK * LANES + lane] <= t + near:
+        control[BREAK * LANES + lane] = next_break(batch, pack, lane, t + near)
+    stop = control[BREAK * LANES + lane]
+    if stop < np.inf:
+        grid = t0 + np.round((stop - t0) / step) * step
+        stop = stop if abs(stop - grid) > near else grid
+    stop = sample if sample <= stop + near else stop
+    stop = stop if stop < t1 - near else np.inf
+    points = max(1.0, np.ceil((t1 - t0) / step - SNAP))
+    control[STOP * LANES + lane] = stop
+    control[ATTENTION * LANES + lane] = min(stop - near, t0 + (points - 0.5) * step)
+
+
+@compiled(**LEAN)
+def plan_closely(batch, pack, lane):
+    """Let a lane step to what comes first: grid point, breakpoint, sample, end."""
+    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
+    k, near = control[K * LANES + lane], SNAP * step
+    last = k + 1.0 >= max(1.0, np.ceil((t1 - t0) / step - SNAP))
+    grid = t1 if last else t0 + (k + 1.0) * step
+    stop = control[STOP * LANES + lane]
+    at_stop = stop <= grid + near
+    target = stop if at_stop else grid
+    control[TARGET * LANES + lane] = target
+    control[H * LANES + lane] = target - control[T * LANES + lane]
+    at_grid = not at_stop or target >= grid - near
+    integers(pack.landing, LANES)[lane] = GRID * at_grid + AT_STOP * at_stop + END * (last and not at_stop)
+
+
+@compiled(**LEAN)
+def plan_all_closely(batch, pack):
+    """Plan the steps of the lanes that come to a breakpoint, a sample or their end."""
+    control = control_rows(pack)
+    for lane in range(LANES):
+        if control[TARGET * LANES + lane] >= control[ATTENTION * LANES + lane]:
+            plan_closely(batch, pack, lane)
+
+
+@compiled(**LEAN)
+def begin(batch, pack, lane):
+    """Give a lane its next run, from the first grid point on, where there is one."""
+    integers(pack.landing, LANES)[lane] = 0
+    if take_run(batch, pack, lane):
+        control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+        control[START * LANES + lane], control[K * LANES + lane] = floats(batch.t0, batch.runs)[run], 0.0
+        control[STEP * LANES + lane], control[BREAK * LANES + lane] = batch.step, -np.inf
+        integers(pack.steps, LANES)[lane] = pack.taken
+        integers(pack.landing, LANES)[lane] = NEW
+    pack.fresh = 1
+
+
+@compiled(**LEAN)
+def set_out(batch, pack):
+    """Write the first samples of lanes that have a new run, and plan the next stop of all that landed."""
+    control, landing = control_rows(pack), integers(pack.landing, LANES)
+    found = 0
+    for lane in range(LANES):
+        found |= landing[lane]
+    if found & NEW:
+        write_samples(batch, pack, SNAP * batch.step)
+    for lane in range(LANES):
+        if landing[lane] != 0:
+            landing[lane] = 0
+            plan_stop(batch, pack, lane, control[T * LANES + lane])
+
+
+@compiled(**LEAN)
+def state_that_left(batch, pack, lane, stages):
+    """The first state with a slope that is not finite, stage by stage, else the largest; -1 where all are in bounds."""
+    x, slopes = floats(pack.now, batch.n * LANES), floats(pack.slopes, stages * batch.n * LANES)
+    within, largest, bad = True, 0, -1
+    for m in range(batch.n):
+        size = abs(x[m * LANES + lane])
+        within = within and size <= batch.limit
+        if bad < 0 and not np.isfinite(size):
+            bad = m
+        if size > abs(x[largest * LANES + lane]):
+            largest = m
+    if within:
+        return -1
+    for i in range(stages * batch.n):
+        if not np.isfinite(slopes[i * LANES + lane]):
+            return i % batch.n
+    return bad if bad >= 0 else largest
+
+
+@compiled(**LEAN)
+def leave_counted(batch, pack, lane, status, stages):
+    """`leave` after as many steps as were taken since the run came; the states are those now."""
+    steps = pack.taken - integers(pack.steps, LANES)[lane]
+    integers(pack.steps, LANES)[lane] = steps
+    integers(pack.evaluations, LANES)[lane] = steps * stages
+    leave(batch, pack, lane, status, pack.now if status == FINISHED else pack.new)
+
+
+@compiled(**LEAN)
+def drop_diverged(batch, pack, stages):
+    """Lanes that left the bounds end with their last good states, which stand in the rows `new`, and are refilled."""
+    for lane in range(LANES):
+        run = integers(pack.run, LANES)[lane]
+        state = state_that_left(batch, pack, lane, stages) if run >= 0 else -1
+        if state >= 0:
+            floats(batch.failed_at, batch.runs)[run] = control_rows(pack)[T * LANES + lane]
+            integers(batch.failed_state, batch.runs)[run] = state
+            leave_counted(batch, pack, lane, NON_FINITE, stages)
+            begin(batch, pack, lane)
+
+
+@compiled(**LEAN)
+def land(batch, pack, stages, diverged):
+    """After a step: lanes that diverged or came to a breakpoint, a sample or their end are served."""
+    if diverged > 0:
+        drop_diverged(batch, pack, stages)
+    control, landings = control_rows(pack), integers(pack.landing, LANES)
+    write_samples(batch, pack, SNAP * batch.step)
+    for lane in range(LANES):
+        landing = landings[lane]
+        if landing != 0 and landing & (GRID | NEW) == 0:
+            control[K * LANES + lane] -= 1.0
+        if landing & END:
+            leave_counted(batch, pack, lane, FINISHED, stages)
+            begin(batch, pack, lane)
+        pack.fresh |= landing & AT_STOP
+    set_out(batch, pack)
+
+
+LAND = types.void(BATCH_TYPE, PACK_TYPE, types.int64, types.int64)
+
+
+@intrinsic
+def call_land(typing_context: Any, where: Any, batch: Any, pack: Any, stages: Any, diverged: Any) -> Any:
+    """Call `land` at an address, so that LLVM compiles it once and not into the loop of every method."""
+    return caller(LAND)

@@ -1,0 +1,148 @@
+"""The present piece of each lane and channel: exchanged, lane by lane, when time leaves it."""
+
+import numpy as np
+
+from runner.compiled import compiled
+from runner.lanes.pack import (
+    BEGIN,
+    C0,
+    C1,
+    C2,
+    C3,
+    COSINE_PART,
+    FREQUENCY,
+    HIGH,
+    INPUT_ROWS,
+    LANES,
+    LOW,
+    OFFSET,
+    RATE,
+    SIDE,
+    SINE_PART,
+    control_rows,
+)
+from runner.lanes.tables import take_table
+from runner.lanes.values import ROW
+from runner.memory import LEAN, floats, integers
+
+#: Kinds of a channel: what its lanes together need. As np.int64, because numba compiles a function again for every
+#: literal int that it is called with.
+STEADY, CUBIC, SINE, CUBIC_AND_SINE, TABLE = np.arange(5)
+
+
+@compiled(**LEAN)
+def piece_at(batch, table, start, tau):
+    """The piece of a table that holds tau, found by walking from piece `start`."""
+    pieces = floats(batch.pieces, 8 * batch.n_pieces)
+    first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
+    k = min(max(start, first), last)
+    while k < last and pieces[8 * (k + 1)] <= tau:
+        k += 1
+    while k > first and pieces[8 * k] > tau:
+        k -= 1
+    return k
+
+
+@compiled(**LEAN)
+def take_wave(pack, lane, i, p, rate, offset, order):
+    """The sine of a piece as parts of sine and cosine of frequency times time; returns whether the frequency is new."""
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    amplitude, phase, before = p[5], p[6] * (offset - p[0]) + p[7], row[FREQUENCY * LANES + lane]
+    if order != 0:
+        amplitude, phase = amplitude * rate * p[6], phase + 0.5 * np.pi
+    row[SINE_PART * LANES + lane] = amplitude * np.cos(phase) if amplitude != 0.0 else 0.0
+    row[COSINE_PART * LANES + lane] = amplitude * np.sin(phase) if amplitude != 0.0 else 0.0
+    row[FREQUENCY * LANES + lane] = rate * p[6]
+    return before != rate * p[6]
+
+
+@compiled(**LEAN)
+def take_cubic(pack, lane, i, p, rate, order):
+    """The cubic of a piece, or its time derivative."""
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    row[BEGIN * LANES + lane] = p[0]
+    if order == 0:
+        row[C0 * LANES + lane], row[C1 * LANES + lane] = p[1], p[2]
+        row[C2 * LANES + lane], row[C3 * LANES + lane] = p[3], p[4]
+    else:
+        row[C0 * LANES + lane], row[C1 * LANES + lane] = rate * p[2], rate * 2.0 * p[3]
+        row[C2 * LANES + lane], row[C3 * LANES + lane] = rate * 3.0 * p[4], 0.0
+    floats(pack.u, 1)[i * LANES + lane] = row[C0 * LANES + lane]
+
+
+@compiled(**LEAN)
+def take_piece(batch, pack, lane, i, side):
+    """Put the piece that holds time `side` into the rows of channel i.
+
+    Returns from when to when it holds, and whether the channel needs anything else now.
+    """
+    run = integers(pack.run, LANES)[lane]
+    where, cursor = run * batch.channels + i, lane * batch.channels + i
+    table, order = integers(batch.table, 1)[where], integers(batch.order, 1)[i]
+    rate, offset = floats(batch.rate, 1)[where], floats(batch.offset, 1)[where]
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    row[RATE * LANES + lane], row[OFFSET * LANES + lane] = rate, offset
+    if integers(batch.way, 1)[i]:
+        take_table(batch, pack, lane, i, table)
+        return -np.inf, np.inf, integers(pack.kind, 1)[i] != TABLE
+    k = piece_at(batch, table, integers(pack.piece, 1)[cursor], rate * side + offset)
+    integers(pack.piece, 1)[cursor] = k
+    p = floats(batch.pieces + 64 * k, 16)
+    take_cubic(pack, lane, i, p, rate, order)
+    new = take_wave(pack, lane, i, p, rate, offset, order)
+    first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
+    before = (p[0] - offset) / rate if rate != 0.0 and k > first else -np.inf
+    after = (p[8] - offset) / rate if rate != 0.0 and k < last else np.inf
+    if rate < 0.0:
+        before, after = (after if k < last else -np.inf), (before if k > first else np.inf)
+    return before, after, new or kind_of(pack, lane, i) != integers(pack.lane_kind, 1)[cursor]
+
+
+@compiled(**LEAN)
+def kind_of(pack, lane, i):
+    """What the piece of a lane needs."""
+    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    moves = row[C1 * LANES + lane] != 0.0 or row[C2 * LANES + lane] != 0.0 or row[C3 * LANES + lane] != 0.0
+    waves = row[SINE_PART * LANES + lane] != 0.0 or row[COSINE_PART * LANES + lane] != 0.0
+    return (CUBIC if moves else STEADY) + (SINE if waves else 0)
+
+
+@compiled(**LEAN)
+def take_pieces(batch, pack, lane):
+    """Exchange the pieces of one lane, note from when to when they hold; returns whether `classify` is due."""
+    control = control_rows(pack)
+    low, high, changed = -np.inf, np.inf, False
+    for i in range(batch.n_watched):
+        before, after, new = take_piece(batch, pack, lane, i, control[SIDE * LANES + lane])
+        low, high, changed = max(low, before), min(high, after), changed or new
+    control[LOW * LANES + lane], control[HIGH * LANES + lane] = low, high
+    return changed
+
+
+@compiled(**LEAN)
+def classify(batch, pack):
+    """Find out what each channel needs in any lane, and which earlier channel turns at the same frequencies."""
+    kind, leader = integers(pack.kind, batch.n_watched), integers(pack.leader, batch.n_watched)
+    for i in range(batch.n_watched):
+        kind[i] = TABLE if integers(batch.way, 1)[i] else STEADY
+        leader[i] = i
+        if kind[i] == STEADY:
+            for lane in range(LANES):
+                found = kind_of(pack, lane, i)
+                integers(pack.lane_kind, 1)[lane * batch.channels + i] = found
+                kind[i] |= found
+        if kind[i] == SINE or kind[i] == CUBIC_AND_SINE:
+            for j in range(i - 1, -1, -1):
+                if (kind[j] == SINE or kind[j] == CUBIC_AND_SINE) and same_frequency(pack, i, j):
+                    leader[i] = leader[j]
+
+
+@compiled(**LEAN)
+def same_frequency(pack, i, j):
+    """Whether two channels turn at the same frequency in every lane that turns."""
+    a = floats(pack.inputs + ROW * (INPUT_ROWS * i + FREQUENCY), LANES)
+    b = floats(pack.inputs + ROW * (INPUT_ROWS * j + FREQUENCY), LANES)
+    different = 0
+    for lane in range(LANES):
+        different += a[lane] != b[lane]
+    return different == 0

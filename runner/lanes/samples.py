@@ -1,0 +1,165 @@
+"""Samples of runs in lanes: the inputs of all lanes that have one are read at once, and so is dense output."""
+
+from typing import Any
+
+import numpy as np
+from numba import typeof, types
+
+from runner import abi
+from runner.compiled import compiled
+from runner.explicit.step import PAIR
+from runner.explicit.workspace import MOST_STAGES
+from runner.lanes.calls import doubles
+from runner.lanes.inputs import look_up
+from runner.lanes.kernel import lane_loop
+from runner.lanes.pack import (
+    AT,
+    BATCH_TYPE,
+    GOOD,
+    LANES,
+    PACK_TYPE,
+    SAMPLE,
+    SIDE,
+    TARGET,
+    THETA,
+    H,
+    T,
+    control_rows,
+)
+from runner.lanes.runs import gather, sample_time
+from runner.memory import LEAN, floats, integers, intrinsic, record
+from runner.pointers import call_kernel, caller
+
+#: Inputs of a sample are looked up this many spacings of floating-point numbers after it: the limit from the right.
+AFTER = 16.0
+
+PAIR_TYPE = typeof(record(PAIR))
+
+
+@compiled(**LEAN)
+def due(batch, pack, lane, t, near):
+    """Whether a lane has a sample at t, or before it by less than `near`; those that are long past are left out."""
+    run, sample = integers(pack.run, LANES)[lane], integers(pack.sample, LANES)
+    while run >= 0 and sample[lane] < batch.n_samples:
+        at = sample_time(batch, run, sample[lane])
+        if at >= t - near:
+            return at <= t + near
+        sample[lane] += 1
+    return False
+
+
+@compiled(**LEAN)
+def look_at(batch, pack, lane, t):
+    """Let the inputs of a lane be read at t, as they are right after it."""
+    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    latest = max(abs(floats(batch.t0, batch.runs)[run]), abs(floats(batch.t1, batch.runs)[run]))
+    control[AT * LANES + lane] = t
+    control[SIDE * LANES + lane] = t + AFTER * np.spacing(latest)
+
+
+@compiled(**LEAN)
+def write_sample(batch, pack, lane, t, where):
+    """Write the next sample of a lane, at time t, from its states in the rows at an address, its inputs being read."""
+    run, n, sample = integers(pack.run, LANES)[lane], batch.n, integers(pack.sample, LANES)
+    x, y = floats(pack.x_lane, n), floats(pack.y_lane, batch.n_outputs)
+    gather(lane, where, x)
+    if batch.needs_outputs:
+        u, c = floats(pack.u_lane, batch.channels), floats(batch.constants + 8 * run * batch.n_constants, 1)
+        gather(lane, pack.u, u)
+        call_kernel(batch.outputs, t, x, u, c, y)
+    columns = integers(batch.columns, batch.n_columns)
+    place = run * batch.n_samples + sample[lane]
+    values = floats(batch.samples + 8 * batch.n_columns * place, batch.n_columns)
+    for i in range(batch.n_columns):
+        values[i] = x[columns[i]] if columns[i] < n else y[columns[i] - n]
+    sample[lane] += 1
+
+
+@compiled(**LEAN)
+def write_samples(batch, pack, near):
+    """Write the samples of all lanes that are at the present, or before it by less than `near`."""
+    control, found = control_rows(pack), 0
+    for lane in range(LANES):
+        t = control[T * LANES + lane]
+        if due(batch, pack, lane, t, near):
+            look_at(batch, pack, lane, t)
+            found += 1
+    if found > 0:
+        if batch.needs_outputs:
+            look_up(batch.look_up, batch, pack, 1)
+        for lane in range(LANES):
+            t = control[T * LANES + lane]
+            while due(batch, pack, lane, t, near):
+                write_sample(batch, pack, lane, t, pack.now)
+
+
+@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, types.int64, types.int64))
+def weigh(control, P, weights, stages, degree):
+    """Weights of the slopes in dense output, rows of lanes: polynomials in THETA, (AT - T) / H, times H."""
+    for lane in range(LANES):
+        behind = control[AT * LANES + lane] - control[T * LANES + lane]
+        control[THETA * LANES + lane] = behind / control[H * LANES + lane]
+    for i in range(stages):
+        for lane in range(LANES):
+            weights[i * LANES + lane] = 0.0
+        for j in range(degree - 1, -1, -1):
+            for lane in range(LANES):
+                weight = weights[i * LANES + lane] + P[j * MOST_STAGES + i]
+                weights[i * LANES + lane] = weight * control[THETA * LANES + lane]
+
+
+@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, types.int64, types.int64))
+def interpolate(control, weights, now, slopes, x, n, stages):
+    """States within the step: x = now + H * (weights times the slopes), rows of lanes."""
+    for m in range(n):
+        for lane in range(LANES):
+            x[m * LANES + lane] = 0.0
+    for i in range(stages):
+        for m in range(n):
+            for lane in range(LANES):
+                x[m * LANES + lane] += weights[i * LANES + lane] * slopes[(i * n + m) * LANES + lane]
+    for m in range(n):
+        for lane in range(LANES):
+            x[m * LANES + lane] = now[m * LANES + lane] + control[H * LANES + lane] * x[m * LANES + lane]
+
+
+@compiled(**LEAN)
+def aim(batch, pack):
+    """Set the times of the lanes that have a sample in the step they just made; returns how many there are."""
+    rows, found = control_rows(pack), 0
+    for lane in range(LANES):
+        at = rows[SAMPLE * LANES + lane]
+        if rows[GOOD * LANES + lane] > 0.0 and at <= rows[TARGET * LANES + lane]:
+            look_at(batch, pack, lane, at)
+            found += 1
+    return found
+
+
+@compiled(**LEAN)
+def write_samples_within(batch, pack, pair):
+    """Write the samples of all lanes within the steps they just made by dense output, and those at their ends."""
+    rows, sample = control_rows(pack), integers(pack.sample, LANES)
+    for lane in range(LANES):
+        if rows[GOOD * LANES + lane] > 0.0 and rows[SAMPLE * LANES + lane] < rows[TARGET * LANES + lane]:
+            integers(pack.evaluations, LANES)[lane] += pair.all_stages - pair.next_slope - 1
+    while aim(batch, pack) > 0:
+        control, weights, x = doubles(pack.control), doubles(pack.weights), doubles(pack.stage)
+        weigh(control, doubles(pair.P), weights, pair.all_stages, pair.degree)
+        interpolate(control, weights, doubles(pack.now), doubles(pack.slopes), x, batch.n, pair.all_stages)
+        if batch.needs_outputs:
+            look_up(batch.look_up, batch, pack, 1)
+        for lane in range(LANES):
+            at, end = rows[SAMPLE * LANES + lane], rows[TARGET * LANES + lane]
+            if rows[GOOD * LANES + lane] > 0.0 and at <= end:
+                write_sample(batch, pack, lane, at, pack.stage if at < end else pack.new)
+                run, j = integers(pack.run, LANES)[lane], sample[lane]
+                rows[SAMPLE * LANES + lane] = sample_time(batch, run, j) if j < batch.n_samples else np.inf
+
+
+SAMPLE_WITHIN = types.void(BATCH_TYPE, PACK_TYPE, PAIR_TYPE)
+
+
+@intrinsic
+def sample_within(typing_context: Any, where: Any, batch: Any, pack: Any, pair: Any) -> Any:
+    """Call `write_samples_within` at an address, see `inputs.look_up`."""
+    return caller(SAMPLE_WITHIN)

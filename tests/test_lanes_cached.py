@@ -1,0 +1,36 @@
+"""Batches of a second process compile nothing."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+SECOND_PROCESS = """
+import numba, numpy, qddot
+from numba.core import event
+
+numba.njit(lambda x: x)(1)  # numba's own first compilation
+names = []
+class Listener(event.Listener):
+    def on_start(self, started):
+        names.append(started.data["dispatcher"].py_func.__qualname__)
+    def on_end(self, ended):
+        pass
+event.register("numba:compile", Listener())
+from runner.lanes import adaptive, fixed
+from runner.exact.batch import _compiled_runs
+from runner.methods import find_method
+model, road = qddot.load("quarter_car"), qddot.table(numpy.arange(40.0) - 9, numpy.sin(numpy.arange(40.0)), "cubic")
+for method in ("rk4", "dop853", "exact"):
+    step = {"step": 1e-3} if method == "rk4" else {}
+    qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, inputs={"z_r": road}, samples=3, names=["z_s"], **step)
+pair = find_method("dop853").pair
+loops = (fixed.advance("rk4", 4), adaptive.advance("dop853", pair.dense.stages, pair.next_slope), _compiled_runs())
+print([sum(loop.stats.cache_hits.values()) for loop in loops], names)
+"""
+
+
+def test_a_second_process_compiles_nothing():
+    """Loops, what they call by address, the lane kernel and the exact batch come from the cache, in every process."""
+    command, root = [sys.executable, "-c", SECOND_PROCESS], Path(__file__).parent.parent
+    _, second = (subprocess.run(command, capture_output=True, text=True, cwd=root, check=True) for _ in range(2))
+    assert second.stdout.strip() == "[1, 1, 1] []"
