@@ -82,7 +82,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         options.controller or pair.controller, pair.error_order, options.rtol, options.divergence_limit
     )
     space, space_arrays = space_for(problem, options.atol)
-    coefficients, table = pair_for(pair)
+    coefficients, _ = pair_for(pair)
     watch, watch_arrays = watch_for(options.events, int(space["n"]))
     log = _log(problem, options, pair, int(space["n"]))
     course = log.course
@@ -100,7 +100,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         time_limit=options.time_limit,
     )
     log.save(float(course["now"]), state_of(space, space_arrays))
-    del table, watch_arrays  # The loop knew them by address: they had to live until here.
+    del watch_arrays  # The loop knew them by address: they had to live until here.
     return _trajectory(log, status, names_of(options.events), time.perf_counter() - start)
 
 

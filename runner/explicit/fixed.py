@@ -43,7 +43,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     start, stages = time.perf_counter(), method.tableau.stages
     plan = _plan(problem, options, method.name)
     space, space_arrays = space_for(problem, np.zeros(1))
-    tableau, coefficients = tableau_for(method.tableau)
+    tableau, _ = tableau_for(method.tableau)
     march, arrays = _march(plan, len(problem.initial_state), options.divergence_limit)
     _save_if_new(march, arrays, problem.initial_state)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * stages))
@@ -54,7 +54,6 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         time_limit=options.time_limit,
     )
     _save_if_new(march, arrays, state_of(space, space_arrays))
-    del coefficients  # The loop knew them by address: they had to live until here.
     return _trajectory(march, arrays, status, stages, time.perf_counter() - start)
 
 

@@ -3,6 +3,8 @@
 A, b, c and k_i as in Hairer, Norsett, Wanner, counted from 0; E: weights of the error estimates.
 """
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,9 +36,9 @@ ROW = 8 * MOST_STAGES
 
 #: Fields of an embedded pair: addresses of its coefficients in rows of MOST_STAGES, and its numbers. A: a row for each
 #: stage, those of dense output included; b; c; depth: how far back from a stage the first slope lies that it needs; E:
-#: a row for each estimate; P: a row for each power of theta; weights: room for a row. stages of a step, all_stages,
-#: next_slope: the stage that is the next step's first.
-PAIR = layout("A b c depth E P weights stages all_stages next_slope estimates degree")
+#: a row for each estimate; P: a row for each power of theta. stages of a step, all_stages, next_slope: the stage that
+#: is the next step's first.
+PAIR = layout("A b c depth E P stages all_stages next_slope estimates degree")
 
 
 @compiled(**LEAN)
@@ -110,17 +112,18 @@ def prepare_dense(space, pair, t, h):
 def interpolate(space, pair, theta, h):
     """The row WITHIN = y(t + theta*h), from Y and all slopes."""
     P = floats(pair.P, pair.degree * MOST_STAGES)
-    weights = floats(pair.weights, MOST_STAGES)
+    weights = floats(space.weights, MOST_STAGES)
     for i in range(MOST_STAGES):
         weights[i] = 0.0
     for j in range(pair.degree - 1, -1, -1):
         for i in range(MOST_STAGES):
             weights[i] = (weights[i] + P[j * MOST_STAGES + i]) * theta
-    combine(space, h, Y, pair.weights, pair.all_stages, WITHIN)
+    combine(space, h, Y, space.weights, pair.all_stages, WITHIN)
 
 
+@cache
 def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
-    """The coefficients as the compiled step reads them, and the array that holds them."""
+    """The coefficients as the compiled step reads them, and the array that holds them; made once for a pair."""
     A, P, E = pair.dense.A, pair.dense.P.T, pair.error_weights
     rows = {
         "A": A,
@@ -129,7 +132,6 @@ def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
         "depth": _depth(A),
         "E": E,
         "P": P,
-        "weights": np.zeros((1, 1)),
     }
     table, places = _table(rows)
     return record(
@@ -143,6 +145,7 @@ def pair_for(pair: EmbeddedPair) -> tuple[np.void, NDArray[np.float64]]:
     ), table
 
 
+@cache
 def tableau_for(tableau: ButcherTableau) -> tuple[np.void, NDArray[np.float64]]:
     """The same of a tableau without error estimate and dense output."""
     rows = {"A": tableau.A, "b": tableau.b[None], "c": tableau.c[None], "depth": _depth(tableau.A)}

@@ -30,10 +30,10 @@ BLOCK_BYTES = 8 * BLOCK
 
 #: Fields of a space, what a step reads and writes: addresses (see `memory`, `pointers`) and lengths. rhs; by_item: not
 #: 0 where it takes the state of a stage (see `stage`); work: the rows; n states, in so many blocks; stride: bytes of a
-#: row; constants (n_constants,); u (channels,); reader (reader_size,); pieces to order as in `InputTable`; steady: not
-#: 0 while all inputs are constant.
+#: row; weights (MOST_STAGES,): room; constants (n_constants,); u (channels,); reader (reader_size,); pieces to order as
+#: in `InputTable`; steady: not 0 while all inputs are constant.
 SPACE = layout(
-    "rhs by_item work n blocks stride constants n_constants n_inputs channels u reader reader_size steady "
+    "rhs by_item work n blocks stride weights constants n_constants n_inputs channels u reader reader_size steady "
     "pieces n_pieces first last rate offset order"
 )
 
@@ -103,6 +103,7 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
     arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
     arrays |= {
         "work": _initial_work(problem.initial_state, atol, blocks),
+        "weights": np.zeros(MOST_STAGES),
         "constants": np.array(problem.constants, dtype=np.float64),
         "u": np.zeros(max(1, len(inputs.first))),
         "reader": reader_for(inputs),
