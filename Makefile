@@ -84,7 +84,7 @@ $(VENV)/run: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
-PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy
+PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy cython
 
 $(VENV)-bench/run: pyproject.toml
 	$(PYTHON) -m venv $(VENV)-bench

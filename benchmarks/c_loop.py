@@ -6,7 +6,7 @@ import inspect
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import qddot
-from benchmarks.timing import Timing, interleaved
+from benchmarks.operations import of_rk4_step
+from benchmarks.timing import Table, Timing, dgemm_peak, interleaved
 from generated import m113
 
 STEP, STEPS = 1e-4, 1_000_000
@@ -57,7 +58,7 @@ void march(double *x, const double *c, double h, long steps)
 """
 
 
-def groups(quick: bool) -> dict[str, list[Timing]]:
+def groups(quick: bool) -> Iterator[Table]:
     """A million steps of the standing vehicle with one shot; a hundred thousand where `quick`."""
     steps = STEPS // 10 if quick else STEPS
     model = qddot.load("m113")
@@ -68,13 +69,16 @@ def groups(quick: bool) -> dict[str, list[Timing]]:
     title = f"M113, RK4, {steps:,} steps, one run"
     ours = "qddot rk4"
     if shutil.which("gcc") is None:
-        return {title: [*interleaved({ours: simulation}, 3), Timing("C, gcc -O3", np.nan, np.nan, "there is no gcc")]}
+        yield Table(title, (*interleaved({ours: simulation}, 3), Timing("C, gcc -O3", note="there is no gcc")))
+        return
     constants = model.constants(model.parameter_values("as_run_unloaded"))
     with tempfile.TemporaryDirectory() as folder:
         by_hand = _in_c(Path(folder), start, constants, steps)
         apart = np.abs(simulation().states[-1] - by_hand()).max()
         rows = interleaved({"C, gcc -O3 -march=native": by_hand, ours: simulation}, 1 if quick else 5)
-    return {title: [replace(rows[0], note=f"end states {apart:.0e} apart"), rows[1]]}
+    work, peak = of_rk4_step("m113") * steps, dgemm_peak(1)
+    rows = [replace(row, share=work / row.least / peak) for row in rows]
+    yield Table(title, (replace(rows[0], note=f"end states {apart:.0e} apart"), rows[1]))
 
 
 def _in_c(
