@@ -5,8 +5,9 @@ those of one run: the whole call divided by the number of runs, set-up and resul
 """
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,12 @@ import numpy as np
 import model.pendulum
 import qddot
 from benchmarks import ours
-from benchmarks.cases.case import Case
+from benchmarks.cases.case import Case, Run
 from benchmarks.cases.m113 import AMPLITUDE, WAVELENGTH, batch_keywords, drives
 from benchmarks.cases.pendulum import swings
-from benchmarks.contest import Preparation, Tuned, contest, tuned
+from benchmarks.contest import Preparation, as_given, contest, tuned
 from benchmarks.operations import of_rk4_step
 from benchmarks.peers import THREADS, peer
-from benchmarks.single_run import derived
 from benchmarks.timing import Table, Timing, dgemm_peak
 
 STEP = 1e-4
@@ -48,13 +48,13 @@ def groups(quick: bool) -> Iterator[Table]:
     yield Table(title, tuple(_compared(_in_lanes() | PEERS, two, 1e-9, repeats)), "run")
     with tempfile.TemporaryDirectory() as folder:
         starts = rng.uniform(-0.2, 0.2, (runs // 10, 16))
-        eight = swings(derived(model.pendulum.system(8), Path(folder)), starts, 10.0)
+        eight = swings(ours.derived(model.pendulum.system(8), Path(folder)), starts, 10.0)
         title = "Pendulums of 8 links, batch at error 1e-9, 10 s"
         yield Table(title, tuple(_compared(_in_lanes() | PEERS, eight, 1e-9, repeats)), "run")
 
 
 def _in_lanes() -> dict[str, Preparation]:
-    return {f"qddot {name}": lambda case, name=name: ours.many(case, name) for name in METHODS}
+    return {f"qddot {name}": partial(ours.many, method=name) for name in METHODS}
 
 
 def _over_roads(whole: Case) -> dict[str, Preparation]:
@@ -66,41 +66,37 @@ def _over_roads(whole: Case) -> dict[str, Preparation]:
         return batch_keywords(case, table)
 
     return _in_lanes() | {
-        "qddot exact": lambda case: ours.many(case, "exact"),
-        "qddot dop853, road of 10 000 points": lambda case: ours.many(case, "dop853", with_table),
+        "qddot exact": partial(ours.many, method="exact"),
+        "qddot dop853, road of 10 000 points": partial(ours.many, method="dop853", keywords=with_table),
     }
 
 
 def _compared(preparations: Mapping[str, Preparation], case: Case, wanted: float, repeats: int) -> list[Timing]:
     few = case.first(CHECKED)
-    makers = {name: lambda p=p: tuned(p, few, case, wanted) for name, p in preparations.items()}
+    makers = {name: partial(tuned, each, few, case, wanted) for name, each in preparations.items()}
     return _per_run(contest(makers, repeats), dict.fromkeys(makers, case.runs))
 
 
 def _rk4(whole: Case, count: int) -> list[Timing]:
     """RK4 with equal steps: the same arithmetic, so the share of dgemm's peak is told of all."""
     few = whole.first(count)
-    makers = {
+    makers: dict[str, Callable[[], Run]] = {
         "qddot rk4 in lanes": lambda: ours.many(whole, "rk4", step=STEP)(0.0),
         "qddot scalar kernel under prange": lambda: ours.scalar_rk4(few, STEP),
         "diffrax RK4, vmap": lambda: peer("diffrax", "rk4", STEP)(few),
     }
     counts = dict.fromkeys(makers, count) | {"qddot rk4 in lanes": whole.runs}
-    rows = contest({name: lambda make=make: _checked(make(), few) for name, make in makers.items()}, 2)
+    checked = whole.first(CHECKED)
+    rows = contest({name: partial(as_given, make, checked) for name, make in makers.items()}, 2)
     peak, steps = dgemm_peak(THREADS), whole.end / STEP
     work = of_rk4_step("m113") * steps
-    return [
+    rows = [
         replace(row, note=_note(row, counts[row.name], steps, work), share=work / row.least / peak)
         if np.isfinite(row.least)
         else row
         for row in _per_run(rows, counts)
     ]
-
-
-def _checked(run: Any, few: Case) -> Tuned:
-    """A run without tolerance, with the error of its first few runs."""
-    checked = few.first(CHECKED)
-    return Tuned(run, 0.0, checked.error(run()[:CHECKED]))
+    return [*rows, Timing(f"dgemm of NumPy on {THREADS} threads", note=f"{peak / 1e9:.3g} Gflop/s", share=1.0)]
 
 
 def _note(row: Timing, runs: int, steps: float, work: float) -> str:
@@ -108,4 +104,5 @@ def _note(row: Timing, runs: int, steps: float, work: float) -> str:
 
 
 def _per_run(rows: list[Timing], counts: Mapping[str, int]) -> list[Timing]:
-    return [replace(t, least=t.least / counts[t.name], median=t.median / counts[t.name]) for t in rows]
+    rows = [replace(t, least=t.least / counts[t.name], median=t.median / counts[t.name]) for t in rows]
+    return sorted(rows, key=lambda row: (np.isnan(row.least), row.least))

@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 from benchmarks.cases.case import Case, Run
 from benchmarks.timing import Timing, interleaved
@@ -11,13 +12,13 @@ from benchmarks.timing import Timing, interleaved
 #: From a case to a function that takes a relative tolerance and gives the run.
 Preparation = Callable[[Case], Callable[[float], Run]]
 
-#: Tolerances that are tried lie half a decade apart, down to this one.
-TIGHTEST = 1e-14
+#: Tolerances that are tried lie between these, half a decade apart.
+TIGHTEST, LOOSEST, STRIDE = 1e-14, 1e-2, 10**-0.5
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A run at the tolerance that was found, and the error of the final states there."""
+    """A run at the tolerance that was found, 0 where it has none, and the error of the final states there."""
 
     run: Run
     tolerance: float
@@ -26,7 +27,7 @@ class Tuned:
 
 def at_equal_error(preparations: Mapping[str, Preparation], case: Case, wanted: float, repeats: int) -> list[Timing]:
     """All contenders for the first run of a case, the fastest first; those that fail last, with the reason."""
-    return contest({name: lambda p=p: tuned(p, case, case, wanted) for name, p in preparations.items()}, repeats)
+    return contest({name: partial(tuned, each, case, case, wanted) for name, each in preparations.items()}, repeats)
 
 
 def contest(makers: Mapping[str, Callable[[], Tuned]], repeats: int) -> list[Timing]:
@@ -56,26 +57,29 @@ def tuned(prepare: Preparation, few: Case, whole: Case, wanted: float) -> Tuned:
     Raises RuntimeError where no tolerance gives it.
     """
     at = prepare(few)
-    found, tolerance = _error(few, at, wanted), wanted
+    found = first = _error(few, at, wanted)
+    tolerance = wanted
     while found > wanted and tolerance > TIGHTEST:
-        tolerance *= 10**-0.5
+        tolerance *= STRIDE
         found = _error(few, at, tolerance)
     if not found <= wanted:
         raise RuntimeError(f"error {found:.1e} at tolerance {tolerance:.0e}, {wanted:.0e} was wanted")
-    if tolerance == wanted:
-        tolerance, found = _loosened(few, at, wanted, found)
-    at = at if few is whole else prepare(whole)
-    return Tuned(at(tolerance), tolerance, found)
-
-
-def _loosened(few: Case, at: Callable[[float], Run], tolerance: float, error: float) -> tuple[float, float]:
-    wanted = tolerance
-    while tolerance < 1e-2:
-        looser = _error(few, at, tolerance * 10**0.5)
-        if not looser <= wanted or looser == error:  # a method without tolerance has nothing to gain
+    while first <= wanted and tolerance < LOOSEST:
+        looser = _error(few, at, tolerance / STRIDE)
+        if looser == first:  # a method without tolerance
+            tolerance = 0.0
             break
-        tolerance, error = tolerance * 10**0.5, looser
-    return tolerance, error
+        if not looser <= wanted:
+            break
+        tolerance, found = tolerance / STRIDE, looser
+    makers = at if few is whole else prepare(whole)
+    return Tuned(makers(tolerance or wanted), tolerance, found)
+
+
+def as_given(make: Callable[[], Run], few: Case) -> Tuned:
+    """A run that has no tolerance, with its error over the few runs of a case."""
+    run = make()
+    return Tuned(run, 0.0, few.error(run()))
 
 
 def _error(case: Case, at: Callable[[float], Run], tolerance: float) -> float:

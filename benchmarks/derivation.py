@@ -44,6 +44,7 @@ def _beside(system: System) -> list[Timing]:
         OURS: lambda: lower_rhs(derive(system)),
         "qddot, M and f": lambda: derive(system),
         "qddot, all kernels": lambda: lower(derive(system)),
+        "qddot, kernels and equations as text": lambda: artefacts(system, "model.py"),
     }
     notes = {OURS: f"{lower_rhs(derive(system)).operations} operations", SYMPY: "once"}
     missing = []

@@ -20,9 +20,11 @@ def draw_all(tables: Sequence[Table], folder: Path) -> list[Path]:
     shares = [table for table in tables if any(row.share is not None for row in table.rows)]
     paths = []
     if batches:
-        paths.append(_draw(batches, "runs per second", _throughput, folder / "throughput.png"))
+        paths.append(_draw(batches, "runs per second", _throughput, folder / "throughput.png", alike=False))
     if shares:
-        paths.append(_draw(shares, "% of dgemm's peak on as many threads", _share, folder / "share_of_peak.png"))
+        paths.append(
+            _draw(shares, "% of dgemm's peak on as many threads", _share, folder / "share_of_peak.png", alike=True)
+        )
     return paths
 
 
@@ -31,15 +33,17 @@ def _throughput(row: Timing) -> float | None:
 
 
 def _share(row: Timing) -> float | None:
-    return None if row.share is None else 100.0 * row.share
+    return None if row.share is None or not isfinite(row.least) else 100.0 * row.share
 
 
-def _draw(tables: Sequence[Table], unit: str, value_of: Callable[[Timing], float | None], path: Path) -> Path:
-    """A panel for each table, the longest bar on top, its number at its end."""
+def _draw(
+    tables: Sequence[Table], unit: str, value_of: Callable[[Timing], float | None], path: Path, *, alike: bool
+) -> Path:
+    """A panel for each table, the longest bar on top, its number at its end; alike: all of the same scale."""
     bars = [[(row.name, value) for row in table.rows if (value := value_of(row)) is not None] for table in tables]
     heights = [len(panel) + 1.2 for panel in bars]
     figure = Figure(figsize=(8.0, 0.6 + 0.27 * sum(heights)), layout="constrained")
-    axes = figure.subplots(len(tables), squeeze=False, height_ratios=heights)[:, 0]
+    axes = figure.subplots(len(tables), squeeze=False, sharex=alike, height_ratios=heights)[:, 0]
     for axis, table, panel in zip(axes, tables, bars, strict=True):
         _panel(axis, table.title, sorted(panel, key=lambda bar: bar[1]))
     axes[-1].set_xlabel(unit)

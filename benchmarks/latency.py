@@ -25,6 +25,7 @@ def groups(quick: bool) -> Iterator[Table]:
             "the same without the figure": ("run", "studies/one_shot.toml", "--into", folder, "--no-figure"),
         }
         runs = {name: lambda arguments=arguments: _qddot(*arguments) for name, arguments in commands.items()}
+        say("  warm commands")
         yield Table("Warm commands", tuple(interleaved(runs, 2 if quick else 5)))
     yield Table("Cold commands, once", tuple(_cold()))
 

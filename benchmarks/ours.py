@@ -1,6 +1,7 @@
 """qddot over the cases: one run, prepared beforehand, and batches from their starts to their final states."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,13 @@ from numba import njit, prange
 import qddot
 from benchmarks.cases.case import Case, Floats, Run
 from benchmarks.peers import THREADS, compiled
+from model.system import System
+from runner.load import Model
+
+
+def derived(system: System, folder: Path) -> Model:
+    """A model that is not checked in, generated into a folder."""
+    return qddot.load(qddot.generate(system, folder))
 
 
 def one(case: Case, method: str, **options: Any) -> Callable[[float], Run]:

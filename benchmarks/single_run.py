@@ -6,6 +6,7 @@ edges of the recoil pulse (ours finds them by itself).
 
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +22,6 @@ from benchmarks.cases.pendulum import swings
 from benchmarks.contest import Preparation, at_equal_error
 from benchmarks.peers import peer
 from benchmarks.timing import Table, Timing
-from model.system import System
-from runner.load import Model
 
 PEERS: dict[str, Preparation] = {
     "heyoka taylor_adaptive": peer("heyoka", "one"),
@@ -51,9 +50,7 @@ def groups(quick: bool) -> Iterator[Table]:
 def compared(case: Case, wanted: float, repeats: int) -> list[Timing]:
     """Our methods and all peers over the first run of a case."""
     methods = [name for name in METHODS if name != "exact" or case.model.tables.linear]
-    contenders: dict[str, Preparation] = {
-        f"qddot {name}": lambda case, name=name: ours.one(case, name) for name in methods
-    }
+    contenders: dict[str, Preparation] = {f"qddot {name}": partial(ours.one, method=name) for name in methods}
     return at_equal_error(contenders | PEERS, case, wanted, repeats)
 
 
@@ -64,10 +61,5 @@ def _cases(folder: Path) -> Iterator[tuple[str, Callable[[], Case], float]]:
     two = np.array([[0.6, -0.4, 0.3, 0.5]])
     yield "Double pendulum, 10 s", lambda: swings(qddot.load("double_pendulum"), two, 10.0), 1e-9
     eight = np.concatenate([SWING * np.linspace(1.0, -0.5, 8), np.zeros(8)])[None]
-    yield "Pendulum of 8 links, 10 s", lambda: swings(derived(model.pendulum.system(8), folder), eight, 10.0), 1e-9
-    yield "Chain of 100 masses, 10 s", lambda: shaken(derived(model.chain.system(100), folder), 10.0), 1e-9
-
-
-def derived(system: System, folder: Path) -> Model:
-    """A model that is not checked in, generated into a folder."""
-    return qddot.load(qddot.generate(system, folder))
+    yield "Pendulum of 8 links, 10 s", lambda: swings(ours.derived(model.pendulum.system(8), folder), eight, 10.0), 1e-9
+    yield "Chain of 100 masses, 10 s", lambda: shaken(ours.derived(model.chain.system(100), folder), 10.0), 1e-9

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from benchmarks.contest import say
 from benchmarks.problems import NON_STIFF, PROBLEMS, STIFF, Problem
 from benchmarks.timing import Table, Timing
 from benchmarks.work_precision_report import draw, write
@@ -32,13 +33,13 @@ def groups(quick: bool) -> Iterator[Table]:
     repeats, longest = (1, 0.06) if quick else (3, 0.4)
 
     def run(problems: Sequence[Problem], methods: Sequence[str]) -> list[Point]:
-        return [
-            point
-            for problem in problems
-            for method in methods
-            if problem.mass_matrix is None or method not in STIFF_PEERS  # SciPy solves no equations with a mass matrix.
-            for point in points(problem, method, rtols, repeats, longest if method in PEERS else 2.5 * longest)
-        ]
+        found = []
+        for problem in problems:
+            say(f"  {problem.name}: {', '.join(methods)}")
+            for method in methods:
+                if problem.mass_matrix is None or method not in STIFF_PEERS:  # SciPy solves none with a mass matrix.
+                    found += points(problem, method, rtols, repeats, longest if method in PEERS else 2.5 * longest)
+        return found
 
     drawn = [PROBLEMS[name] for name in DRAWN]
     loose = run(drawn if quick else NON_STIFF, NON_STIFF_METHODS) + run(drawn, NON_STIFF_PEERS)

@@ -64,17 +64,11 @@ def test_batches_restart_at_the_shots_of_their_runs(shots):
     assert shots.error(shots.starts) > 0.1
 
 
-def test_rk4_written_by_hand_is_the_rk4_of_lanes(shots):
-    by_hand = ours.scalar_rk4(shots, 1e-3)()
-    in_lanes = ours.many(shots, "rk4", step=1e-3)(0.0)()
-    assert np.abs(by_hand - in_lanes).max() < 1e-6  # lanes step onto the edges of the shots, the loop does not
-
-
 @pytest.mark.parametrize("n", [1, 3, 5])
 def test_equations_by_hand_are_those_of_lagrange(n):
     rng, energies = np.random.default_rng(n), Energies(pendulum(n))
     q, v = rng.uniform(-1, 1, (2, n))
-    given = [*q, *v, 0.0, 1.0, 1.0, 0.0, 9.81]
+    given = [0.0, *q, *v, 1.0, 1.0, 0.0, 9.81]
     expected = np.array(energies.right_hand_side()(*given)).ravel()
     M, forces = equations_of(n)(0.0, q, v, 0.0, (), math)
     case = SimpleNamespace(n=n, equations=equations_of(n))
@@ -123,7 +117,7 @@ def test_the_loosest_tolerance_that_gives_the_error_is_found(swing):
     few = swing.first(1)
     found = tuned(prepare, few, few, 1e-6)
     assert found.error <= 1e-6 < few.error(few.exact + 30 * found.tolerance * 10**0.5)
-    assert tried == sorted(tried, reverse=True)
+    assert min(tried) == pytest.approx(found.tolerance)
 
 
 def test_contenders_take_turns_after_one_that_does_not_count():

@@ -45,8 +45,8 @@ class Case:
     def first(self, runs: int) -> "Case":
         """The first of these runs."""
         parts = tuple((until[:runs], peak) for until, peak in self.parts)
-        rows = {"starts": self.starts[:runs], "constants": self.constants[:runs], "given": self.given[:runs]}
-        return replace(self, parts=parts, **rows)
+        starts, constants, given = (rows[:runs] for rows in (self.starts, self.constants, self.given))
+        return replace(self, starts=starts, constants=constants, given=given, parts=parts)
 
     @property
     def runs(self) -> int:

@@ -1,7 +1,8 @@
 """CasADi: SUNDIALS' cvodes over SX expressions; and Lagrange's equations by its Jacobians."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import pairwise
+from typing import Any
 
 import casadi
 import numpy as np
@@ -34,22 +35,32 @@ def one(case: Case) -> Callable[[float], Run]:
     return at
 
 
-class Energies:
-    """T, Pi, Phi and Q of a system as SX expressions of its coordinates, rates, inputs, their rates, t, parameters."""
+FUNCTIONS = {"sin": casadi.sin, "cos": casadi.cos}
 
-    def __init__(self, system: System) -> None:
+
+class Energies:
+    """T, Pi, Phi and Q of a system as SX expressions of t, its coordinates, rates, inputs, their rates, parameters.
+
+    functions: CasADi's by SymPy's names, those in the energies at least. prepared(expression): what is translated.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        functions: Mapping[str, Any] = FUNCTIONS,
+        prepared: Callable[[sympy.Expr], sympy.Expr] = lambda expression: expression,
+    ) -> None:
         q, v = [c.symbol for c in system.coordinates], [c.rate for c in system.coordinates]
         u, udot = [i.symbol for i in system.inputs], [i.rate for i in system.inputs]
-        symbols = [*q, *v, *u, *udot, t, *(p.symbol for p in system.parameters)]
+        symbols = [t, *q, *v, *u, *udot, *(p.symbol for p in system.parameters)]
         twins = {symbol: casadi.SX.sym(symbol.name) for symbol in symbols}
         self.arguments = list(twins.values())
         self.q, self.v, self.u, self.udot = (_column([twins[s] for s in row]) for row in (q, v, u, udot))
         self.t = twins[t]
 
         def translated(expression: sympy.Expr | float) -> casadi.SX:
-            names = {"sin": casadi.sin, "cos": casadi.cos}
-            written = system.written_out(expression)
-            return casadi.SX(sympy.lambdify(symbols, written, modules=[names])(*self.arguments))
+            written = prepared(system.written_out(expression))
+            return casadi.SX(sympy.lambdify(symbols, written, modules=[dict(functions)])(*self.arguments))
 
         self.kinetic, self.potential = translated(system.kinetic_energy), translated(system.potential_energy)
         self.dissipation = translated(system.dissipation)

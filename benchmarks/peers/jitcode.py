@@ -13,7 +13,8 @@ from benchmarks.cases.case import Case, Floats, Run, accelerations, in_parts
 
 def one(case: Case) -> Callable[[float], Run]:
     """The first run; what is used twice becomes a helper, which JiTCODE computes once."""
-    peak, helpers = symengine.Symbol("peak"), []
+    peak = symengine.Symbol("peak")
+    helpers: list[tuple[Any, Any]] = []
 
     def keep(expression: Any) -> Any:
         helpers.append((symengine.Symbol(f"helper_{len(helpers)}"), expression))
