@@ -57,23 +57,24 @@ def tuned(prepare: Preparation, few: Case, whole: Case, wanted: float) -> Tuned:
     Raises RuntimeError where no tolerance gives it.
     """
     at = prepare(few)
-    found = first = _error(few, at, wanted)
-    tolerance = wanted
+    tolerance, found = wanted, _error(few, at, wanted)
     while found > wanted and tolerance > TIGHTEST:
         tolerance *= STRIDE
         found = _error(few, at, tolerance)
     if not found <= wanted:
         raise RuntimeError(f"error {found:.1e} at tolerance {tolerance:.0e}, {wanted:.0e} was wanted")
-    while first <= wanted and tolerance < LOOSEST:
-        looser = _error(few, at, tolerance / STRIDE)
-        if looser == first:  # a method without tolerance
-            tolerance = 0.0
-            break
-        if not looser <= wanted:
-            break
-        tolerance, found = tolerance / STRIDE, looser
+    if tolerance == wanted:
+        tolerance, found = _loosened(few, at, wanted, found)
     makers = at if few is whole else prepare(whole)
-    return Tuned(makers(tolerance or wanted), tolerance, found)
+    return Tuned(makers(tolerance), 0.0 if tolerance > LOOSEST else tolerance, found)
+
+
+def _loosened(few: Case, at: Callable[[float], Run], wanted: float, found: float) -> tuple[float, float]:
+    """Beyond the loosest tolerance where none matters, as for exact propagation."""
+    tolerance = wanted
+    while tolerance <= LOOSEST and (looser := _error(few, at, tolerance / STRIDE)) <= wanted:
+        tolerance, found = tolerance / STRIDE, looser
+    return tolerance, found
 
 
 def as_given(make: Callable[[], Run], few: Case) -> Tuned:
