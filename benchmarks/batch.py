@@ -39,17 +39,17 @@ def groups(quick: bool) -> Iterator[Table]:
     """All batches; a contender that is not installed or fails is named with its reason."""
     runs, repeats = (512, 2) if quick else (10_000, 5)
     whole = drives(qddot.load("m113"), runs)
-    yield Table("M113, RK4 at a step of 1e-4, batch, 2 s", tuple(_rk4(whole, 64 if quick else 400)), "run")
-    title = "M113, batch at error 1e-8, 2 s"
+    yield Table("M113, batch by RK4 at a step of 1e-4, 2 s", tuple(_rk4(whole, 64 if quick else 400)), "run")
+    title = f"M113, {runs} runs at error 1e-8, 2 s"
     yield Table(title, tuple(_compared(_over_roads(whole) | PEERS, whole, 1e-8, repeats)), "run")
     rng = np.random.default_rng(4)
     two = swings(qddot.load("double_pendulum"), rng.uniform(-0.7, 0.7, (runs, 4)), 10.0)
-    title = "Double pendulums, batch at error 1e-9, 10 s"
+    title = f"{runs} double pendulums at error 1e-9, 10 s"
     yield Table(title, tuple(_compared(_in_lanes() | PEERS, two, 1e-9, repeats)), "run")
     with tempfile.TemporaryDirectory() as folder:
-        starts = rng.uniform(-0.2, 0.2, (runs // 10, 16))
+        starts = rng.uniform(-0.2, 0.2, (max(128, runs // 10), 16))
         eight = swings(ours.derived(model.pendulum.system(8), Path(folder)), starts, 10.0)
-        title = "Pendulums of 8 links, batch at error 1e-9, 10 s"
+        title = f"{eight.runs} pendulums of 8 links at error 1e-9, 10 s"
         yield Table(title, tuple(_compared(_in_lanes() | PEERS, eight, 1e-9, repeats)), "run")
 
 

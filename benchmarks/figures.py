@@ -1,6 +1,7 @@
 """Throughput of the batches and shares of dgemm's peak, as bars."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
@@ -10,48 +11,67 @@ from matplotlib.figure import Figure
 from benchmarks.timing import Table, Timing, machine
 from runner.report.figures import COLOURS, save
 
-#: qddot's own bars, those of other tools.
+#: Colours of qddot's bars and those of other tools.
 OURS, THEIRS = COLOURS[0], "0.6"
+
+Bars = Sequence[tuple[str, float]]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What bars are as long as; None where a row has none. alike: all panels have one scale."""
+
+    file: str
+    title: str
+    unit: str
+    value: Callable[[Table, Timing], float | None]
+    alike: bool
+
+
+def _throughput(table: Table, row: Timing) -> float | None:
+    return 1.0 / row.least if table.per == "run" and isfinite(row.least) else None
+
+
+def _share(table: Table, row: Timing) -> float | None:
+    return 100.0 * row.share if row.share is not None and isfinite(row.least) else None
+
+
+MEASURES = (
+    Measure("throughput.png", "Throughput of batches", "runs per second", _throughput, alike=False),
+    Measure("share_of_peak.png", "Share of dgemm's peak on as many threads", "%", _share, alike=True),
+)
 
 
 def draw_all(tables: Sequence[Table], folder: Path) -> list[Path]:
-    """throughput.png of the tables of batches, share_of_peak.png of those with shares; paths of what was drawn."""
-    batches = [table for table in tables if table.per == "run"]
-    shares = [table for table in tables if any(row.share is not None for row in table.rows)]
+    """A figure for each measure that some table has; their paths."""
     paths = []
-    if batches:
-        paths.append(_draw(batches, "runs per second", _throughput, folder / "throughput.png", alike=False))
-    if shares:
-        paths.append(
-            _draw(shares, "% of dgemm's peak on as many threads", _share, folder / "share_of_peak.png", alike=True)
-        )
+    for measure in MEASURES:
+        panels = {table.title: _bars(table, measure) for table in tables}
+        panels = {title: bars for title, bars in panels.items() if bars}
+        if panels:
+            paths.append(_draw(panels, measure, folder / measure.file))
     return paths
 
 
-def _throughput(row: Timing) -> float | None:
-    return 1.0 / row.least if isfinite(row.least) else None
+def _bars(table: Table, measure: Measure) -> Bars:
+    """Name and length, the shortest first."""
+    bars = [(row.name, value) for row in table.rows if (value := measure.value(table, row)) is not None]
+    return sorted(bars, key=lambda bar: bar[1])
 
 
-def _share(row: Timing) -> float | None:
-    return None if row.share is None or not isfinite(row.least) else 100.0 * row.share
-
-
-def _draw(
-    tables: Sequence[Table], unit: str, value_of: Callable[[Timing], float | None], path: Path, *, alike: bool
-) -> Path:
-    """A panel for each table, the longest bar on top, its number at its end; alike: all of the same scale."""
-    bars = [[(row.name, value) for row in table.rows if (value := value_of(row)) is not None] for table in tables]
-    heights = [len(panel) + 1.2 for panel in bars]
+def _draw(panels: dict[str, Bars], measure: Measure, path: Path) -> Path:
+    """A panel for each table, the longest bar on top, its number at its end."""
+    heights = [len(bars) + 1.2 for bars in panels.values()]
     figure = Figure(figsize=(8.0, 0.6 + 0.27 * sum(heights)), layout="constrained")
-    axes = figure.subplots(len(tables), squeeze=False, sharex=alike, height_ratios=heights)[:, 0]
-    for axis, table, panel in zip(axes, tables, bars, strict=True):
-        _panel(axis, table.title, sorted(panel, key=lambda bar: bar[1]))
-    axes[-1].set_xlabel(unit)
-    figure.suptitle(f"{unit[0].upper()}{unit[1:]}: {machine()}", fontsize="medium")
+    axes = figure.subplots(len(panels), squeeze=False, sharex=measure.alike, height_ratios=heights)[:, 0]
+    for axis, (title, bars) in zip(axes, panels.items(), strict=True):
+        _panel(axis, title, bars)
+    axes[-1].set_xlabel(measure.unit)
+    figure.suptitle(f"{measure.title}; {machine()}", fontsize="medium")
     return save(figure, path)
 
 
-def _panel(axis: Axes, title: str, bars: Sequence[tuple[str, float]]) -> None:
+def _panel(axis: Axes, title: str, bars: Bars) -> None:
     names, values = zip(*bars, strict=True)
     colours = [OURS if name.startswith("qddot") else THEIRS for name in names]
     drawn = axis.barh(names, values, color=colours, height=0.7)
