@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 STUDY ?= studies/one_shot.toml
 STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto
+BENCH ?=
 
 .PHONY: help demo test run show batch resume summary plot list generate check equations verify compare identify paper lint format bench clean
 .DEFAULT_GOAL := help
@@ -72,8 +73,8 @@ paper: compare identify ## the whole paper: equations, pulse, sections 3 and 4, 
 	$(BIN)/qddot paper
 	$(BIN)/qddot report
 
-bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own
-	$(VENV)-bench/bin/python -m benchmarks
+bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own: make bench BENCH="--quick batch"
+	$(VENV)-bench/bin/python -m benchmarks $(BENCH)
 
 clean: ## remove results and caches; `rm -rf .venv` removes the environment
 	rm -rf results build .pytest_cache .mypy_cache .ruff_cache .hypothesis
@@ -84,7 +85,7 @@ $(VENV)/run: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
-PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy
+PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy cython
 
 $(VENV)-bench/run: pyproject.toml
 	$(PYTHON) -m venv $(VENV)-bench

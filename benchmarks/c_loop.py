@@ -6,19 +6,21 @@ import inspect
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 import qddot
-from benchmarks.timing import Timing, interleaved
+from benchmarks import ours
+from benchmarks.cases.case import Case, Floats, Run
+from benchmarks.cases.m113 import ride
+from benchmarks.operations import of_rk4_step
+from benchmarks.timing import Table, Timing, dgemm_peak, interleaved
 from generated import m113
 
 STEP, STEPS = 1e-4, 1_000_000
-SHOT, DURATION, IMPULSE = 0.5, 0.1, 605.0
 
 LOOP = """
 #include <math.h>
@@ -57,29 +59,25 @@ void march(double *x, const double *c, double h, long steps)
 """
 
 
-def groups(quick: bool) -> dict[str, list[Timing]]:
+def groups(quick: bool) -> Iterator[Table]:
     """A million steps of the standing vehicle with one shot; a hundred thousand where `quick`."""
     steps = STEPS // 10 if quick else STEPS
-    model = qddot.load("m113")
-    start = qddot.equilibrium(model, "as_run_unloaded")
-    shot = qddot.pulse_train(times=[SHOT], duration=DURATION, impulse=IMPULSE)
-    settings = {"parameters": "as_run_unloaded", "inputs": {"F": shot}, "initial": start}
-    simulation = qddot.prepare(model, (0.0, steps * STEP), method="rk4", step=STEP, every=steps, **settings)
+    case = ride(qddot.load("m113"), 0.0, end=steps * STEP)
+    runs: dict[str, Run] = {"qddot rk4": ours.one(case, "rk4", step=STEP, every=steps)(0.0)}
     title = f"M113, RK4, {steps:,} steps, one run"
-    ours = "qddot rk4"
     if shutil.which("gcc") is None:
-        return {title: [*interleaved({ours: simulation}, 3), Timing("C, gcc -O3", np.nan, np.nan, "there is no gcc")]}
-    constants = model.constants(model.parameter_values("as_run_unloaded"))
+        yield Table(title, (*interleaved(runs, 3), Timing("C, gcc -O3", note="there is no gcc")))
+        return
     with tempfile.TemporaryDirectory() as folder:
-        by_hand = _in_c(Path(folder), start, constants, steps)
-        apart = np.abs(simulation().states[-1] - by_hand()).max()
-        rows = interleaved({"C, gcc -O3 -march=native": by_hand, ours: simulation}, 1 if quick else 5)
-    return {title: [replace(rows[0], note=f"end states {apart:.0e} apart"), rows[1]]}
+        runs = {"C, gcc -O3 -march=native": _in_c(Path(folder), case, steps)} | runs
+        first, second = (run() for run in runs.values())
+        rows = interleaved(runs, 5)
+    work, peak = of_rk4_step("m113") * steps, dgemm_peak(1)
+    rows = [replace(row, share=work / row.least / peak) for row in rows]
+    yield Table(title, (replace(rows[0], note=f"end states {np.abs(first - second).max():.0e} apart"), rows[1]))
 
 
-def _in_c(
-    folder: Path, start: NDArray[np.float64], constants: NDArray[np.float64], steps: int
-) -> Callable[[], NDArray[np.float64]]:
+def _in_c(folder: Path, case: Case, steps: int) -> Run:
     source, library = folder / "loop.c", folder / "loop.so"
     source.write_text(LOOP % _statements(m113.rhs.py_func), "utf-8")
     flags = ["-O3", "-march=native", "-shared", "-fPIC"]
@@ -88,10 +86,10 @@ def _in_c(
     pointer = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
     march.argtypes, march.restype = [pointer, pointer, ctypes.c_double, ctypes.c_long], None
 
-    def run() -> NDArray[np.float64]:
-        x = start.copy()
-        march(x, constants, STEP, steps)
-        return x
+    def run() -> Floats:
+        x = case.starts[0].copy()
+        march(x, case.constants[0], STEP, steps)
+        return x[None]
 
     return run
 

@@ -1,6 +1,7 @@
-"""Derivation and lowering beside SymPy's own LagrangesMethod on the same models."""
+"""Derivation and lowering beside SymPy's own LagrangesMethod and CasADi's Jacobians, on the same models."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import sympy
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
@@ -8,43 +9,53 @@ from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 import model.chain
 import model.m113
 import model.pendulum
-from benchmarks.timing import Timing, interleaved
+from benchmarks.contest import reason, say
+from benchmarks.peers import peer
+from benchmarks.timing import Table, Timing, interleaved
 from codegen.generate import artefacts
 from codegen.lagrange import derive
 from codegen.lower import lower, lower_rhs
 from model.system import System
 
-
-def groups(quick: bool) -> dict[str, list[Timing]]:
-    """Timings by title; `quick` leaves out what takes minutes."""
-    found = {"M113: from the model to all text": interleaved(_contenders("M113", model.m113.system()), 5)}
-    for n in (10, 20) if quick else (10, 20, 40, 160):
-        found[f"chain of {n}: derive and lower"] = _beside(model.chain.system(n), once=n > 40)
-    for n in (2, 3) if quick else (2, 4, 8):
-        found[f"pendulum of {n} links: derive and lower"] = _beside(model.pendulum.system(n), once=n > 4)
-    return found
+OURS = "qddot, right-hand side, accelerations solved for and optimized"
+CASADI = "CasADi, right-hand side, accelerations solved for, as its function"
+SYMPY = "SymPy LagrangesMethod, M and f"
 
 
-def _contenders(name: str, system: System) -> dict[str, Callable[[], object]]:
-    return {
-        f"{name}, derive": lambda: derive(system),
-        f"{name}, derive and lower all kernels": lambda: lower(derive(system)),
-        f"{name}, kernels and equations as text": lambda: artefacts(system, "model.py"),
+def groups(quick: bool) -> Iterator[Table]:
+    """The M113, then chains and pendulums over n; `quick` leaves out what takes minutes."""
+    m113 = model.m113.system()
+    contenders = {
+        "M113, derive": lambda: derive(m113),
+        "M113, derive and lower all kernels": lambda: lower(derive(m113)),
+        "M113, kernels and equations as text": lambda: artefacts(m113, "model.py"),
     }
+    yield Table("M113: from the model to all text", tuple(interleaved(contenders, 5)))
+    for n in (10, 20) if quick else (10, 20, 40, 160):
+        yield Table(f"Chain of {n}: derive and lower", tuple(_beside(model.chain.system(n))))
+    for n in (2, 3) if quick else (2, 4, 8):
+        yield Table(f"Pendulum of {n} links: derive and lower", tuple(_beside(model.pendulum.system(n))))
 
 
-def _beside(system: System, once: bool) -> list[Timing]:
-    """Ours five times, LagrangesMethod once where it takes long."""
-    ours = interleaved(
-        {
-            "qddot, M and f": lambda: derive(system),
-            "qddot, right-hand side, accelerations solved for and optimized": lambda: lower_rhs(derive(system)),
-            "qddot, all kernels": lambda: lower(derive(system)),
-        },
-        5,
-    )
-    theirs = interleaved({"SymPy LagrangesMethod, M and f": lambda: _sympy(system)}, 1 if once else 2)
-    return ours + theirs
+def _beside(system: System) -> list[Timing]:
+    """All in turn; LagrangesMethod, which may take minutes, once and without a turn that does not count."""
+    say(f"  {system.title}")
+    contenders: dict[str, Callable[[], object]] = {
+        OURS: lambda: lower_rhs(derive(system)),
+        "qddot, M and f": lambda: derive(system),
+        "qddot, all kernels": lambda: lower(derive(system)),
+        "qddot, kernels and equations as text": lambda: artefacts(system, "model.py"),
+    }
+    notes = {OURS: f"{lower_rhs(derive(system)).operations} operations", SYMPY: "once"}
+    missing = []
+    try:
+        energies = peer("casadi", "Energies")(system)
+        contenders |= {"CasADi, M and f": energies.equations, CASADI: energies.right_hand_side}
+        notes[CASADI] = f"{peer('casadi', 'operations')(energies.right_hand_side())} operations"
+    except Exception as problem:  # whatever a foreign tool does, the others still run
+        missing.append(Timing("CasADi", note=f"does not take part: {reason(problem)}"))
+    rows = interleaved(contenders, 5) + interleaved({SYMPY: lambda: _sympy(system)}, 1, warm=True)
+    return [replace(row, note=notes.get(row.name, "")) for row in rows] + missing
 
 
 def _sympy(system: System) -> object:

@@ -5,15 +5,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.timing import Timing, interleaved
+from benchmarks.contest import say
+from benchmarks.timing import Table, Timing, interleaved
 
 ROOT = Path(__file__).parent.parent
 
 
-def groups(quick: bool) -> dict[str, list[Timing]]:
+def groups(quick: bool) -> Iterator[Table]:
     """Warm starts of the command line, of which the first, which may compile, is not counted; and cold ones."""
     with tempfile.TemporaryDirectory() as folder:
         commands = {
@@ -24,7 +25,9 @@ def groups(quick: bool) -> dict[str, list[Timing]]:
             "the same without the figure": ("run", "studies/one_shot.toml", "--into", folder, "--no-figure"),
         }
         runs = {name: lambda arguments=arguments: _qddot(*arguments) for name, arguments in commands.items()}
-        return {"Warm commands": interleaved(runs, 2 if quick else 5), "Cold commands, once": _cold()}
+        say("  warm commands")
+        yield Table("Warm commands", tuple(interleaved(runs, 2 if quick else 5)))
+    yield Table("Cold commands, once", tuple(_cold()))
 
 
 def _cold() -> list[Timing]:
@@ -44,6 +47,7 @@ RUN = ("run", "studies/one_shot.toml")
 
 
 def _timed(name: str, run: Callable[[], None]) -> Timing:
+    say(f"  {name}")
     start = time.perf_counter()
     run()
     seconds = time.perf_counter() - start

@@ -1,53 +1,65 @@
-"""One run of the M113's single shot, beside what a Python user writes by hand: lambdify and solve_ivp."""
+"""One run at equal error: the M113 standing and driving, pendulums of two and eight links, a chain of 100 masses.
+
+Every contender is prepared beforehand and timed from a given state to the end; over the M113 it restarts at the two
+edges of the recoil pulse (ours finds them by itself).
+"""
+
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
 
 import numpy as np
-import sympy
-from scipy.integrate import solve_ivp
 
+import model.chain
+import model.pendulum
 import qddot
-from benchmarks.timing import Timing, interleaved
-from model.m113 import system as m113
+from benchmarks import ours
+from benchmarks.cases.case import Case
+from benchmarks.cases.chain import shaken
+from benchmarks.cases.m113 import AMPLITUDE, ride
+from benchmarks.cases.pendulum import swings
+from benchmarks.contest import Preparation, at_equal_error
+from benchmarks.peers import peer
+from benchmarks.timing import Table, Timing
 
-SHOT = {"times": [1.0], "duration": 0.1, "impulse": 605.0}
+PEERS: dict[str, Preparation] = {
+    "heyoka taylor_adaptive": peer("heyoka", "one"),
+    "numbalsoda dop853": peer("numbalsoda", "one"),
+    "CyRK DOP853": peer("cyrk", "one", "DOP853"),
+    "CyRK Vern7": peer("cyrk", "one", "Vern7"),
+    "JiTCODE dop853": peer("jitcode", "one"),
+    "CasADi cvodes": peer("casadi", "one"),
+    "SciPy DOP853, numba right-hand side": peer("scipy", "one", "DOP853"),
+    "SciPy DOP853, lambdify": peer("scipy", "lambdified", "DOP853"),
+    "PyDy, Cython": peer("pydy", "one", "cython"),
+    "PyDy, lambdify": peer("pydy", "one", "lambdify"),
+}
+METHODS = ("exact", "dop853", "vern7", "tsit5", "ode45")
+#: Small swings of eight links keep far from chaos, which no tool can follow to nine digits.
+SWING = 0.4
 
 
-def groups(quick: bool) -> dict[str, list[Timing]]:
-    """RK4 at 1e-4 for 10 s, and SciPy's RK45 and DOP853 over a lambdified right-hand side at rtol 1e-6."""
-    model = qddot.load("m113")
-    inputs = {"F": qddot.pulse_train(**SHOT)}
-    start = qddot.equilibrium(model, "as_run_unloaded")
-
-    def ours() -> object:
-        case = {"parameters": "as_run_unloaded", "inputs": inputs, "initial": start}
-        return qddot.simulate(model, (0, 10), method="rk4", step=1e-4, every=100, **case)
-
-    rhs = lambdified(model, start)
-    contenders = {"qddot rk4, step 1e-4, 100 000 steps": ours}
-    for method in ("RK45", "DOP853"):
-        contenders[f"SciPy {method} on lambdify, rtol 1e-6"] = lambda method=method: solve_ivp(
-            rhs, (0, 10), start, method=method, rtol=1e-6, atol=1e-9, max_step=0.05
-        )
-    return {"M113, one shot, 10 s": interleaved(contenders, 1 if quick else 3)}
+def groups(quick: bool) -> Iterator[Table]:
+    """A table for each case; a contender that is not installed or fails is named with its reason."""
+    with tempfile.TemporaryDirectory() as folder:
+        for title, make, wanted in _cases(Path(folder)):
+            yield Table(f"{title}, error {wanted:g}", tuple(compared(make(), wanted, 2 if quick else 15)))
 
 
-def lambdified(model, start):
-    """The right-hand side of the M113 as SymPy's lambdify makes it, NumPy arrays in and out."""
-    system = m113()
-    q = [c.symbol for c in system.coordinates]
-    v = [c.rate for c in system.coordinates]
-    values = {p.symbol: p.default for p in system.parameters} | {s: 0.0 for s in sympy.symbols("z_1:6")}
-    expand = system.written_out
-    T, potential, phi = map(expand, (system.kinetic_energy, system.potential_energy, system.dissipation))
-    rows = [
-        (expand(system.force(c)) - potential.diff(c.symbol) - phi.diff(c.rate)) / T.diff(c.rate, 2)
-        for c in system.coordinates
-    ]
-    force = sympy.Symbol("F")
-    accelerations = sympy.lambdify([*q, *v, force], [row.subs(values) for row in rows], modules="math", cse=True)
+def compared(case: Case, wanted: float, repeats: int) -> list[Timing]:
+    """Our methods and all peers over the first run of a case."""
+    methods = [name for name in METHODS if name != "exact" or case.model.tables.linear]
+    contenders: dict[str, Preparation] = {f"qddot {name}": partial(ours.one, method=name) for name in methods}
+    return at_equal_error(contenders | PEERS, case, wanted, repeats)
 
-    def rhs(t, x):
-        inside = 0.0 <= t - 1.0 <= 0.1
-        pulse = 605.0 * np.pi / 0.2 * np.sin(np.pi * (t - 1.0) / 0.1) if inside else 0.0
-        return [*x[7:], *accelerations(*x, pulse)]
 
-    return rhs
+def _cases(folder: Path) -> Iterator[tuple[str, Callable[[], Case], float]]:
+    m113 = qddot.load("m113")
+    yield "M113 standing, one shot, 10 s", lambda: ride(m113, 0.0), 1e-6
+    yield "M113 driving over a sine road, one shot, 10 s", lambda: ride(m113, AMPLITUDE), 1e-6
+    two = np.array([[0.6, -0.4, 0.3, 0.5]])
+    yield "Double pendulum, 10 s", lambda: swings(qddot.load("double_pendulum"), two, 10.0), 1e-9
+    eight = np.concatenate([SWING * np.linspace(1.0, -0.5, 8), np.zeros(8)])[None]
+    yield "Pendulum of 8 links, 10 s", lambda: swings(ours.derived(model.pendulum.system(8), folder), eight, 10.0), 1e-9
+    yield "Chain of 100 masses, 10 s", lambda: shaken(ours.derived(model.chain.system(100), folder), 10.0), 1e-9

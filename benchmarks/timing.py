@@ -1,29 +1,52 @@
-"""Interleaved repeats and their statistics."""
+"""Interleaved repeats and their statistics, and what the machine can do at best."""
 
-import json
+import os
 import platform
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+
+import numpy as np
+
+#: A contender whose counted turns took more than so many seconds together is not repeated any more.
+PATIENCE = 10.0
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of one contender: least and median of its repeats; note says what else there is to know."""
+    """Seconds of one contender: least and median of its repeats, NaN for one that does not take part.
+
+    note: what else there is to know. error: of its results. share: of the peak of dgemm on as many threads.
+    """
 
     name: str
-    least: float
-    median: float
+    least: float = np.nan
+    median: float = np.nan
     note: str = ""
+    error: float | None = None
+    share: float | None = None
 
 
-def interleaved(contenders: Mapping[str, Callable[[], object]], repeats: int) -> list[Timing]:
-    """Time callables in turn, A B C A B C ..., after one turn that does not count."""
+@dataclass(frozen=True)
+class Table:
+    """Contenders for one thing. per: what the seconds are those of, "call" or one "run" of a batch."""
+
+    title: str
+    rows: tuple[Timing, ...]
+    per: str = "call"
+
+
+def interleaved(contenders: Mapping[str, Callable[[], object]], repeats: int, *, warm: bool = False) -> list[Timing]:
+    """Time callables in turn, A B C A B C ..., after one turn that does not count unless they are warm already."""
     seconds: dict[str, list[float]] = {name: [] for name in contenders}
-    for turn in range(repeats + 1):
+    for turn in range(warm, repeats + 1):
         for name, run in contenders.items():
+            if sum(seconds[name]) > PATIENCE:
+                continue
             start = time.perf_counter()
             run()
             if turn:
@@ -36,31 +59,31 @@ def machine() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
         model = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+        flags = next((line for line in lines if line.startswith("flags")), "")
         cores = sum(line.startswith("processor") for line in lines)
     except (OSError, StopIteration):
         return platform.processor() or platform.machine()
-    return f"{model}, {cores} cores, Python {platform.python_version()}"
+    wide = " (AVX-512)" if "avx512f" in flags else " (AVX2)" if "avx2" in flags else ""
+    return f"{model}{wide}, {cores} cores, Python {platform.python_version()}"
 
 
-def report(title: str, timings: Sequence[Timing]) -> str:
-    """A Markdown table, ratios to the first row first."""
-    base = timings[0].least
-    lines = [f"### {title}", "", "| | ratio | least | median | |", "|---|---|---|---|---|"]
-    for each in timings:
-        numbers = (f"{each.least / base:.3g}", _seconds(each.least), _seconds(each.median))
-        lines.append(f"| {each.name} | {' | '.join(numbers)} | {each.note} |")
-    return "\n".join(lines) + "\n"
+def dgemm_peak(threads: int) -> float:
+    """Floating-point operations a second of NumPy's BLAS on so many threads, in a process of its own."""
+    names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+    environment = os.environ | dict.fromkeys(names, str(threads))
+    command = [sys.executable, "-c", _DGEMM]
+    return float(subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout)
 
 
-def write_json(path: Path, groups: Mapping[str, Sequence[Timing]]) -> None:
-    """All timings and the machine, for other programs."""
-    content = {"machine": machine(), "groups": {name: [asdict(each) for each in rows] for name, rows in groups.items()}}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(content, indent=1), "utf-8")
+_DGEMM = """
+import time
+import numpy as np
 
-
-def _seconds(value: float) -> str:
-    for factor, unit in ((1, "s"), (1e3, "ms"), (1e6, "µs")):
-        if value * factor >= 1:
-            return f"{value * factor:.3g} {unit}"
-    return f"{value * 1e9:.3g} ns"
+n, best = 1500, float("inf")
+a, b = np.random.default_rng(0).random((2, n, n))
+for _ in range(10):
+    start = time.perf_counter()
+    a @ b
+    best = min(best, time.perf_counter() - start)
+print(2 * n**3 / best)
+"""

@@ -1,10 +1,11 @@
 """Work-precision diagrams of all adaptive methods on standard problems, beside SciPy over the same functions."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from benchmarks.contest import say
 from benchmarks.problems import NON_STIFF, PROBLEMS, STIFF, Problem
-from benchmarks.timing import Timing
+from benchmarks.timing import Table, Timing
 from benchmarks.work_precision_report import draw, write
 from benchmarks.work_precision_runs import (
     NON_STIFF_METHODS,
@@ -23,7 +24,7 @@ PEERS = {*NON_STIFF_PEERS, *STIFF_PEERS}
 REPORTED = 1e-6
 
 
-def groups(quick: bool) -> dict[str, list[Timing]]:
+def groups(quick: bool) -> Iterator[Table]:
     """Times at rtol 1e-6 with the digits reached; writes results/work_precision*.png, .md and .json on the way.
 
     quick: four tolerances instead of eight, one repeat, the drawn problems only, and a shorter patience.
@@ -32,13 +33,13 @@ def groups(quick: bool) -> dict[str, list[Timing]]:
     repeats, longest = (1, 0.06) if quick else (3, 0.4)
 
     def run(problems: Sequence[Problem], methods: Sequence[str]) -> list[Point]:
-        return [
-            point
-            for problem in problems
-            for method in methods
-            if problem.mass_matrix is None or method not in STIFF_PEERS  # SciPy solves no equations with a mass matrix.
-            for point in points(problem, method, rtols, repeats, longest if method in PEERS else 2.5 * longest)
-        ]
+        found = []
+        for problem in problems:
+            say(f"  {problem.name}: {', '.join(methods)}")
+            for method in methods:
+                if problem.mass_matrix is None or method not in STIFF_PEERS:  # SciPy solves none with a mass matrix.
+                    found += points(problem, method, rtols, repeats, longest if method in PEERS else 2.5 * longest)
+        return found
 
     drawn = [PROBLEMS[name] for name in DRAWN]
     loose = run(drawn if quick else NON_STIFF, NON_STIFF_METHODS) + run(drawn, NON_STIFF_PEERS)
@@ -46,8 +47,9 @@ def groups(quick: bool) -> dict[str, list[Timing]]:
     draw(loose, DRAWN, "Non-stiff standard problems", RESULTS / "work_precision.png")
     draw(stiff, [problem.name for problem in STIFF], "Stiff standard problems", RESULTS / "work_precision_stiff.png")
     write(loose + stiff, RESULTS / "work_precision.md", RESULTS / "work_precision.json")
-    found = {problem.name: _timings(loose + stiff, problem) for problem in (*drawn, *STIFF)}
-    return {f"{name}, rtol {REPORTED:g}": timings for name, timings in found.items() if timings}
+    for problem in (*drawn, *STIFF):
+        if timings := _timings(loose + stiff, problem):
+            yield Table(f"{problem.name}, rtol {REPORTED:g}", tuple(timings))
 
 
 def _timings(found: Sequence[Point], problem: Problem) -> list[Timing]:

@@ -6,8 +6,8 @@ import casadi
 import numpy as np
 import sympy
 
+from benchmarks.peers.casadi import Energies
 from codegen.generate import artefacts, formatted
-from model.system import t
 
 
 def generated_module(system, folder):
@@ -27,30 +27,15 @@ class Reference:
     """
 
     def __init__(self, system, channels):
-        q = [coordinate.symbol for coordinate in system.coordinates]
-        v = [coordinate.rate for coordinate in system.coordinates]
         self.inputs = [channel.symbol for channel in system.inputs]
         self.rates = [channel.rate for channel in system.inputs]
         self.channels = channels
-        self.symbols = [t, *q, *v, *self.inputs, *self.rates, *(p.symbol for p in system.parameters)]
-        self.twins = {symbol: casadi.SX.sym(symbol.name) for symbol in self.symbols}
-        self.system = system
-        pick = self._column
-        T, potential, phi = map(self._translated, (system.kinetic_energy, system.potential_energy, system.dissipation))
-        forces = casadi.vertcat(*(self._translated(system.force(c)) for c in system.coordinates))
-        L, Q, V, U, R = T - potential, pick(q), pick(v), pick(self.inputs), pick(self.rates)
-        momenta = casadi.gradient(L, V)
-        M = casadi.jacobian(momenta, V)
-        drift = casadi.jacobian(momenta, Q) @ V + casadi.jacobian(momenta, self.twins[t])
+        its = Energies(system, FUNCTIONS, _without_piecewise)
+        a, energy = casadi.solve(*its.equations()), its.kinetic + its.potential
+        change = casadi.jtimes(energy, its.q, its.v) + casadi.jtimes(energy, its.v, a) + casadi.jacobian(energy, its.t)
         if self.inputs:
-            drift += casadi.jacobian(momenta, U) @ R
-        a = casadi.solve(M, forces - casadi.gradient(phi, V) + casadi.gradient(L, Q) - drift)
-        energy = T + potential
-        change = casadi.jacobian(energy, Q) @ V + casadi.jacobian(energy, V) @ a
-        change += casadi.jacobian(energy, self.twins[t])
-        if self.inputs:
-            change += casadi.jacobian(energy, U) @ R
-        self.function = casadi.Function("f", list(self.twins.values()), [a, change, T, potential])
+            change += casadi.jtimes(energy, its.u, its.udot)
+        self.function = casadi.Function("f", its.arguments, [a, change, its.kinetic, its.potential])
 
     def __call__(self, time, x, u, p):
         """Accelerations, d(T + Pi)/dt, T, Pi; u by the names of the generated channels, 0 where it has none."""
@@ -59,25 +44,20 @@ class Reference:
         a, change, T, potential = self.function(time, *x, *inputs, *p)
         return np.array(a).ravel(), float(change), float(T), float(potential)
 
-    def _column(self, symbols):
-        return casadi.vertcat(*(self.twins[symbol] for symbol in symbols)) if symbols else casadi.SX(0, 1)
-
-    def _translated(self, expression):
-        expression = self.system.written_out(expression)
-        names = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "sinh", "cosh", "atan2", "asin", "acos", "atan")
-        functions = {name: getattr(casadi, name) for name in names} | {
-            "Abs": casadi.fabs, "Max": casadi.fmax, "Min": casadi.fmin, "sign": casadi.sign,
-            "Heaviside": lambda x, half=0.5: casadi.if_else(x > 0, 1, casadi.if_else(x < 0, 0, half)),
-            "select": lambda cs, vs, default=0: _select(cs, vs),
-        }  # fmt: skip
-        return sympy.lambdify(self.symbols, _without_piecewise(expression), modules=[functions])(*self.twins.values())
-
 
 def _select(conditions, values):
     result = casadi.SX(float("nan"))
     for condition, value in reversed(list(zip(conditions, values, strict=True))):
         result = casadi.if_else(condition, value, result)
     return result
+
+
+NAMES = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "sinh", "cosh", "atan2", "asin", "acos", "atan")
+FUNCTIONS = {name: getattr(casadi, name) for name in NAMES} | {
+    "Abs": casadi.fabs, "Max": casadi.fmax, "Min": casadi.fmin, "sign": casadi.sign,
+    "Heaviside": lambda x, half=0.5: casadi.if_else(x > 0, 1, casadi.if_else(x < 0, 0, half)),
+    "select": lambda cs, vs, default=0: _select(cs, vs),
+}  # fmt: skip
 
 
 def _without_piecewise(expression):

@@ -1,0 +1,1 @@
+"""Runs of mechanical models, each in every form that some tool wants, with a reference solution."""
