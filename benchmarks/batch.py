@@ -27,12 +27,15 @@ from benchmarks.timing import Table, Timing, dgemm_peak
 STEP = 1e-4
 #: Runs over which errors are measured.
 CHECKED = 16
+#: Runs that suffice for the time of one where a tool takes long; it gains nothing from more.
+ENOUGH = 1000
 METHODS = ("dop853", "vern7", "tsit5")
 PEERS: dict[str, Preparation] = {
     "heyoka batch": peer("heyoka", "many"),
     "numbalsoda dop853 under prange": peer("numbalsoda", "many"),
     "diffrax Dopri8, vmap": peer("diffrax", "many"),
 }
+SLOW = ("numbalsoda dop853 under prange", "diffrax Dopri8, vmap")
 
 
 def groups(quick: bool) -> Iterator[Table]:
@@ -72,9 +75,14 @@ def _over_roads(whole: Case) -> dict[str, Preparation]:
 
 
 def _compared(preparations: Mapping[str, Preparation], case: Case, wanted: float, repeats: int) -> list[Timing]:
-    few = case.first(CHECKED)
-    makers = {name: partial(tuned, each, few, case, wanted) for name, each in preparations.items()}
-    return _per_run(contest(makers, repeats), dict.fromkeys(makers, case.runs))
+    few, enough = case.first(CHECKED), case.first(ENOUGH)
+    cases = {name: enough if name in SLOW else case for name in preparations}
+    makers = {name: partial(tuned, each, few, cases[name], wanted) for name, each in preparations.items()}
+    rows = _per_run(contest(makers, repeats), {name: each.runs for name, each in cases.items()})
+    return [
+        replace(row, note=f"{row.note}, {ENOUGH} runs") if row.name in SLOW and case.runs > ENOUGH else row
+        for row in rows
+    ]
 
 
 def _rk4(whole: Case, count: int) -> list[Timing]:

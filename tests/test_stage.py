@@ -8,10 +8,9 @@ from hypothesis.extra.numpy import arrays
 from numba import njit
 
 import qddot
-from runner.explicit.stage import STAGE_KERNEL, call_stage, stage_kernel
+from runner.explicit.stage import call_stage, stage_pointer
 from runner.explicit.sums import add_latest, any_beyond, copy_items, sum_slopes
 from runner.memory import BLOCK, address
-from runner.pointers import pointer
 
 numbers = st.floats(-2, 2)
 
@@ -31,8 +30,9 @@ def test_a_kernel_sums_the_state_of_a_stage_by_itself(name, data):
     factor, u = data.draw(numbers), np.linspace(-1, 1, 11)
     expected, found = np.empty(n), np.empty(n)
     model.kernel("rhs")(0.0, y + factor * k, u, c, expected)
-    kernel = pointer(stage_kernel(model.kernel("rhs")), STAGE_KERNEL, name)
-    at_stage(kernel, 0.0, address(y), address(k), factor, address(u), address(c), address(found))
+    at_stage(
+        stage_pointer(model.kernel("rhs")), 0.0, address(y), address(k), factor, address(u), address(c), address(found)
+    )
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 

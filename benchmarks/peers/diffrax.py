@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.cases.case import Case, Floats, Run, accelerations
+from benchmarks.cases.case import Case, Run, accelerations
 
 jax.config.update("jax_enable_x64", True)
 
@@ -31,17 +31,12 @@ class _RK4(diffrax.AbstractERK):  # type: ignore[misc]
 
 def rk4(case: Case, step: float) -> Run:
     """All runs by the classical Runge-Kutta method with constant steps."""
-    return _batched(case, _RK4(), step, {})
+    return _batched(case, _RK4(), step)(0.0)
 
 
 def many(case: Case) -> Callable[[float], Run]:
     """All runs by Dopri8, each with its own step; JAX goes on with all until the last has ended."""
-
-    def at(tolerance: float) -> Run:
-        controller = diffrax.PIDController(rtol=tolerance, atol=tolerance * case.atol)
-        return _batched(case, diffrax.Dopri8(), None, {"stepsize_controller": controller})
-
-    return at
+    return _batched(case, diffrax.Dopri8(), None)
 
 
 def _accelerations(case: Case, t: Any, x: Any, peak: Any, given: Any) -> Any:
@@ -52,7 +47,8 @@ def _accelerations(case: Case, t: Any, x: Any, peak: Any, given: Any) -> Any:
     return forces if M is None else jnp.linalg.solve(jnp.array(M), forces)
 
 
-def _batched(case: Case, solver: Any, step: float | None, settings: dict[str, Any]) -> Run:
+def _batched(case: Case, solver: Any, step: float | None) -> Callable[[float], Run]:
+    """Runs at a tolerance, which is an argument of the compiled function: one compilation serves all."""
     count = 1_000_000 if step is None else round(case.end / step) + 2
     ends, peaks = np.array([until for until, _ in case.parts]).T, jnp.array([peak for _, peak in case.parts])
 
@@ -61,18 +57,16 @@ def _batched(case: Case, solver: Any, step: float | None, settings: dict[str, An
         peak = peaks[jnp.searchsorted(ends[:-1], t, side="right")]
         return jnp.concatenate([x[case.n :], _accelerations(case, t, x, peak, given)])
 
-    def one(x: Any, given: Any, ends: Any) -> Any:
-        term = diffrax.ODETerm(derivative)
-        options = {"args": (given, ends), "max_steps": count} | settings
-        if step is None and len(case.parts) > 1:
-            options["stepsize_controller"] = diffrax.ClipStepSizeController(
-                settings["stepsize_controller"], jump_ts=ends[:-1]
+    def one(x: Any, given: Any, ends: Any, tolerance: Any) -> Any:
+        options: dict[str, Any] = {"args": (given, ends), "max_steps": count}
+        if step is None:
+            controller = diffrax.PIDController(rtol=tolerance, atol=tolerance * case.atol)
+            jumps = len(case.parts) > 1
+            options["stepsize_controller"] = (
+                diffrax.ClipStepSizeController(controller, jump_ts=ends[:-1]) if jumps else controller
             )
-        return diffrax.diffeqsolve(term, solver, 0.0, case.end, step, x, **options).ys[-1]
+        return diffrax.diffeqsolve(diffrax.ODETerm(derivative), solver, 0.0, case.end, step, x, **options).ys[-1]
 
-    batched = jax.jit(jax.vmap(one))
-
-    def run() -> Floats:
-        return np.asarray(batched(*map(jnp.asarray, (case.starts, case.given, ends))))
-
-    return run
+    batched = jax.jit(jax.vmap(one, in_axes=(0, 0, 0, None)))
+    rows = tuple(map(jnp.asarray, (case.starts, case.given, ends)))
+    return lambda tolerance: lambda: np.asarray(batched(*rows, tolerance))

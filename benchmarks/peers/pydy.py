@@ -22,12 +22,13 @@ def one(case: Case, generator: str) -> Callable[[float], Run]:
         "specifieds_arg_type": "array",
         "generator": generator,
     }
+    unused = [sympy.Symbol("unused")]  # its Cython generator takes no array of no constants
     if M is None:
-        rhs = generate_ode_function(sympy.Matrix([*v, *forces]), q, v, [], **settings)
+        rhs = generate_ode_function(sympy.Matrix([*v, *forces]), q, v, unused, **settings)
     else:
         settings |= {"mass_matrix": sympy.Matrix(M), "coordinate_derivatives": sympy.Matrix(v)}
-        rhs = generate_ode_function(sympy.Matrix(forces), q, v, [], **settings)
-    none = np.zeros(0)
+        rhs = generate_ode_function(sympy.Matrix(forces), q, v, unused, **settings)
+    none = np.zeros(1)
 
     def at(tolerance: float) -> Run:
         def advance(x: Floats, t: float, until: float, peak: float) -> Floats:

@@ -18,7 +18,7 @@ from numba.extending import lower_builtin, models, register_model
 from runner import abi
 from runner.compiled import compiled
 from runner.memory import LEAN, intrinsic
-from runner.pointers import caller
+from runner.pointers import caller, pointer
 
 
 class Stage(types.Type):
@@ -56,9 +56,9 @@ def _item(context: Any, builder: Any, signed: Any, arguments: Any) -> Any:
 
 
 @cache
-def stage_kernel(rhs: Any) -> Any:
-    """A jitted rhs that uses its arguments item by item, compiled for `STAGE_KERNEL`."""
-    return compiled(STAGE_KERNEL, **LEAN)(rhs.py_func)
+def stage_pointer(rhs: Any) -> int:
+    """The address of a jitted rhs that uses its arguments item by item, compiled for `STAGE_KERNEL`."""
+    return pointer(compiled(STAGE_KERNEL, **LEAN)(rhs.py_func), STAGE_KERNEL, "rhs")
 
 
 @intrinsic

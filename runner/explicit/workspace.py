@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
-from runner.explicit.stage import STAGE_KERNEL, stage_kernel
+from runner.explicit.stage import stage_pointer
 from runner.explicit.sums import add_latest, sum_slopes
 from runner.inputs.reader import reader_for
 from runner.memory import BLOCK, INLINE, LEAN, VIEW, address, floats, layout, record, writable
@@ -125,9 +125,7 @@ def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dic
 
 
 def _rhs(problem: Problem) -> int:
-    if problem.by_item:
-        return pointer(stage_kernel(problem.rhs), STAGE_KERNEL, "rhs")
-    return pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs")
+    return stage_pointer(problem.rhs) if problem.by_item else pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs")
 
 
 def state_of(space: np.void, arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
