@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numba import njit
+from sympy import symbols
 
 import qddot
+from model.system import Coordinate, Parameter, System
 from runner.explicit.stage import call_stage, stage_pointer
 from runner.explicit.sums import add_latest, any_beyond, copy_items, sum_slopes
 from runner.memory import BLOCK, address
@@ -73,3 +75,24 @@ def test_a_value_beyond_the_limit_is_seen_wherever_it_stands(value, place):
     assert not beyond(address(row), 7.0)
     row[place] = value
     assert beyond(address(row), 7.0)
+
+
+@pytest.fixture(scope="module")
+def falling(tmp_path_factory):
+    """A mass that an attracting centre pulls: the force divides by the distance squared."""
+    r, rdot, m, k = symbols("r rdot m k")
+    system = System(
+        name="falling",
+        title="Mass pulled to a centre",
+        coordinates=(Coordinate(r, "m", "distance to the centre"),),
+        parameters=(Parameter(m, 1.0, "kg", "mass"), Parameter(k, 1.0, "N m^2", "strength")),
+        kinetic_energy=m * rdot**2 / 2,
+        potential_energy=-k / r,
+    )
+    return qddot.load(qddot.generate(system, tmp_path_factory.mktemp("falling")))
+
+
+@pytest.mark.parametrize("settings", [{"method": "rk4", "step": 1e-3}, {"method": "dop853"}])
+def test_a_division_by_zero_ends_a_run_with_time_and_state(falling, settings):
+    with pytest.raises(qddot.IntegrationError, match=r"at t = 0 s.*rdot left first|at t = 0.001 s.*rdot left first"):
+        qddot.simulate(falling, (0, 1), initial={"r": 0.0}, **settings)
