@@ -71,7 +71,7 @@ def groups(quick: bool) -> Iterator[Table]:
     with tempfile.TemporaryDirectory() as folder:
         runs = {"C, gcc -O3 -march=native": _in_c(Path(folder), case, steps)} | runs
         first, second = (run() for run in runs.values())
-        rows = interleaved(runs, 5)
+        rows = interleaved(runs, 15)
     work, peak = of_rk4_step("m113") * steps, dgemm_peak(1)
     rows = [replace(row, share=work / row.least / peak) for row in rows]
     yield Table(title, (replace(rows[0], note=f"end states {np.abs(first - second).max():.0e} apart"), rows[1]))

@@ -14,6 +14,8 @@ import numpy as np
 
 #: A contender whose counted turns took more than so many seconds together is not repeated any more.
 PATIENCE = 10.0
+#: Seconds that a contender has in a turn, in which it may run more than once.
+TURN = 0.02
 
 
 @dataclass(frozen=True)
@@ -41,16 +43,22 @@ class Table:
 
 
 def interleaved(contenders: Mapping[str, Callable[[], object]], repeats: int, *, warm: bool = False) -> list[Timing]:
-    """Time callables in turn, A B C A B C ..., after one turn that does not count unless they are warm already."""
+    """Time callables in turn, A B C A B C ..., after one turn that does not count unless they are warm already.
+
+    Who is quick goes on for `TURN` seconds: after a slow one, the first call finds cold caches.
+    """
     seconds: dict[str, list[float]] = {name: [] for name in contenders}
     for turn in range(warm, repeats + 1):
         for name, run in contenders.items():
             if sum(seconds[name]) > PATIENCE:
                 continue
-            start = time.perf_counter()
-            run()
-            if turn:
-                seconds[name].append(time.perf_counter() - start)
+            begin = start = time.perf_counter()
+            while start < begin + TURN or start == begin:
+                run()
+                end = time.perf_counter()
+                if turn:
+                    seconds[name].append(end - start)
+                start = end
     return [Timing(name, min(each), median(each)) for name, each in seconds.items()]
 
 

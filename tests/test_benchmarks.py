@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from itertools import groupby
 from types import SimpleNamespace
 
 import numpy as np
@@ -123,7 +124,8 @@ def test_the_loosest_tolerance_that_gives_the_error_is_found(swing):
 def test_contenders_take_turns_after_one_that_does_not_count():
     calls = []
     rows = interleaved({name: lambda name=name: calls.append(name) for name in "ab"}, 3)
-    assert calls == list("abababab")
+    assert [name for name, _ in groupby(calls)] == list("abababab")
+    assert len(calls) > 8  # who is quick runs more than once in a turn
     assert [row.name for row in rows] == ["a", "b"]
     assert all(0 < row.least <= row.median for row in rows)
 
