@@ -28,7 +28,7 @@ intrinsic: Any = numba_intrinsic
 LEAN = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: The same for those that return an array made from an address.
 VIEW = LEAN | {"_nrt": True}
-#: For functions that are called from one place, or take functions: compiled with their caller, not by themselves.
+#: For functions that are called from one place, are a line or two, or take functions: compiled with their caller.
 INLINE = LEAN | {"inline": "always"}
 
 
@@ -111,43 +111,5 @@ def matrix(typing_context: Any, where: Any, rows: Any, columns: Any) -> Any:
     return _MATRIX(types.int64, types.int64, types.int64), emit
 
 
-#: States that `weighted_sum` takes at once; LLVM cuts them into the vector registers there are.
+#: Floats that the sums in `sums` take at once.
 BLOCK = 16
-
-
-@intrinsic
-def weighted_sum(typing_context: Any, base: Any, h: Any, weights: Any, count: Any, slopes: Any, target: Any) -> Any:
-    """target[m] = base[m] + h * sum_j weights[j] * slopes[BLOCK*j + m] for j < count, m < BLOCK.
-
-    All are addresses but h and count. The sum stays in registers, which the loop vectorizer does not find by itself:
-    it would have to interchange the loops.
-    """
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        start, factor, first_weight, length, first_slope, result = arguments
-        scalar, integer = ir.DoubleType(), length.type
-        vector = ir.VectorType(scalar, BLOCK)
-
-        def load(where: Any) -> Any:
-            return builder.load(builder.inttoptr(where, vector.as_pointer()), align=8)
-
-        def splat(value: Any) -> Any:
-            lane = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
-            mask = ir.Constant(ir.VectorType(ir.IntType(32), BLOCK), [0] * BLOCK)
-            return builder.shuffle_vector(lane, ir.Constant(vector, ir.Undefined), mask)
-
-        def multiply_add(a: Any, b: Any, c: Any) -> Any:
-            return builder.fadd(builder.fmul(a, b, flags=("contract",)), c, flags=("contract",))
-
-        total = cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * BLOCK))
-        with cgutils.for_range(builder, length, intp=integer) as loop:
-            place = builder.add(first_weight, builder.mul(loop.index, integer(8)))
-            weight = builder.load(builder.inttoptr(place, scalar.as_pointer()))
-            slope = load(builder.add(first_slope, builder.mul(loop.index, integer(8 * BLOCK))))
-            builder.store(multiply_add(splat(weight), slope, builder.load(total)), total)
-        value = multiply_add(splat(factor), builder.load(total), load(start))
-        builder.store(value, builder.inttoptr(result, vector.as_pointer()), align=8)
-        return context.get_dummy_value()
-
-    address = types.int64
-    return types.void(address, types.float64, address, types.int64, address, address), emit

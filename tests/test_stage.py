@@ -11,8 +11,8 @@ from sympy import symbols
 import qddot
 from model.system import Coordinate, Parameter, System
 from runner.explicit.stage import call_stage, stage_pointer
-from runner.explicit.sums import add_latest, any_beyond, copy_items, sum_slopes
 from runner.memory import BLOCK, address
+from runner.sums import add_latest, any_beyond, copy_items, sum_slopes
 
 numbers = st.floats(-2, 2)
 

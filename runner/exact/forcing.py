@@ -7,7 +7,8 @@ import numpy as np
 from runner.compiled import compiled
 from runner.exact.ladder import ROW, THETA_16, M, driving_block, place
 from runner.exact.space import POWERS
-from runner.memory import BLOCK, LEAN, floats, integers, matrix, weighted_sum
+from runner.memory import BLOCK, LEAN, floats, integers, matrix
+from runner.sums import weighted_sum
 
 #: Of a table of pieces.
 COLUMNS = 8

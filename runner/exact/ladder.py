@@ -15,7 +15,8 @@ import math
 import numpy as np
 
 from runner.compiled import compiled
-from runner.memory import BLOCK, LEAN, floats, weighted_sum
+from runner.memory import BLOCK, LEAN, floats
+from runner.sums import weighted_sum
 
 #: Largest 1-norm at which the Taylor polynomial of degree 16 has a backward error of 2^-53.
 THETA_16 = 0.78

@@ -8,7 +8,8 @@ import numpy as np
 from runner.compiled import compiled
 from runner.exact.forcing import highest_frequency
 from runner.exact.ladder import ROW
-from runner.memory import BLOCK, LEAN, floats, weighted_sum
+from runner.memory import BLOCK, LEAN, floats
+from runner.sums import weighted_sum
 
 #: THETA[m]: the largest norm of h A at which the series of degree m has a backward error of 2^-53 (Al-Mohy, Higham,
 #: SIAM J. Sci. Comput. 33 (2011) 488-511, equation 3.6); steps are cut to the last, which amplifies rounding little.

@@ -9,10 +9,20 @@ import numpy as np
 from runner.compiled import compiled
 from runner.explicit.slopes import look_up, settle, slope
 from runner.explicit.step import evaluate_stages
-from runner.explicit.sums import any_beyond, copy_items
-from runner.explicit.workspace import BLOCK_BYTES, K0, NEW, Y, combine_with_latest, copy, place, states, write_states
+from runner.explicit.workspace import (
+    BLOCK_BYTES,
+    K0,
+    NEW,
+    Y,
+    combine_with_latest,
+    copy,
+    row_address,
+    states,
+    write_states,
+)
 from runner.memory import INLINE, LEAN, floats, integers, layout
 from runner.problem import Status
+from runner.sums import any_beyond, copy_items
 
 #: Times closer than this part of a step are the same time.
 SNAP = 1e-9
@@ -111,7 +121,7 @@ def save(space, march):
 def accept(space):
     """The new state becomes the state."""
     if space.by_item and space.blocks == 1:
-        copy_items(place(space, NEW), place(space, Y), space.n)
+        copy_items(row_address(space, NEW), row_address(space, Y), space.n)
     else:
         copy(space, NEW, Y)
 
@@ -121,7 +131,7 @@ def diverged(space, limit):
     """Whether a new state is larger than the limit or not a number."""
     beyond = False
     for offset in range(0, space.stride, BLOCK_BYTES):
-        beyond |= any_beyond(place(space, NEW) + offset, limit)
+        beyond |= any_beyond(row_address(space, NEW) + offset, limit)
     return beyond
 
 

@@ -2,7 +2,7 @@
 
 from runner.compiled import compiled
 from runner.explicit.stage import call_stage
-from runner.explicit.workspace import ZERO, place, states
+from runner.explicit.workspace import ZERO, row_address, states
 from runner.inputs.reader import CONSTANT, TO, read
 from runner.inputs.signal import InputTable
 from runner.memory import INLINE, LEAN, VIEW, floats, integers, matrix
@@ -68,7 +68,7 @@ def settle(space, t, h):
 def slope(space, t, source, target):
     """The row `target` = rhs(t, row `source`), with the inputs as they stand in u."""
     if space.by_item:
-        x, nothing, dx = place(space, source), place(space, ZERO), place(space, target)
+        x, nothing, dx = row_address(space, source), row_address(space, ZERO), row_address(space, target)
         call_stage(space.rhs, t, x, nothing, 0.0, space.u, space.constants, dx)
     else:
         slope_by_arrays(space, t, source, target)

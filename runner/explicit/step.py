@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner.compiled import compiled
-from runner.explicit.slopes import look_up, look_up_moving, slope, slope_by_arrays
+from runner.explicit.slopes import look_up, slope, slope_by_arrays
 from runner.explicit.stage import call_stage
 from runner.explicit.tableau import ButcherTableau
 from runner.explicit.tableau_adaptive import EmbeddedPair
@@ -25,7 +25,7 @@ from runner.explicit.workspace import (
     Y,
     combine,
     combine_with_latest,
-    place,
+    row_address,
     sum_rows,
 )
 from runner.memory import INLINE, LEAN, address, floats, layout, record
@@ -58,13 +58,13 @@ def evaluate_stages(space, pair, t, h, first, last):
 @compiled(**INLINE)
 def evaluate_by_item(space, pair, t, h, first, last):
     """`evaluate_stages` where the kernel adds the latest slope's part itself."""
-    rhs, u, constants, steady = space.rhs, space.u, space.constants, space.steady != 0
-    y, stage, target = place(space, Y), place(space, STAGE), place(space, K0 + first)
+    rhs, u, constants = space.rhs, space.u, space.constants
+    y, stage, target = row_address(space, Y), row_address(space, STAGE), row_address(space, K0 + first)
     weights, c, depth = pair.A + ROW * first, pair.c + 8 * first, pair.depth + 8 * first
     for i in range(first, last):
         at = floats(c, 1)[0]
-        if not (steady or (i > first and at == floats(c - 8, 1)[0])):
-            look_up_moving(space, t, h, at)
+        if i == first or at != floats(c - 8, 1)[0]:
+            look_up(space, t, h, at)
         base = y
         if floats(depth, 1)[0] > 1.0:
             sum_rows(space, y, h, weights, i - 1, stage)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from runner import abi
 from runner.compiled import compiled
 from runner.explicit.stage import stage_pointer
-from runner.explicit.sums import add_latest, sum_slopes
 from runner.inputs.reader import reader_for
 from runner.memory import BLOCK, INLINE, LEAN, VIEW, address, floats, layout, record, writable
 from runner.pointers import pointer
 from runner.problem import Problem
+from runner.sums import add_latest, sum_slopes
 
 MOST_STAGES = 16
 #: The rows: zeros, state, new state, argument of a stage, error estimates, their scaled sizes, absolute tolerance, a
@@ -39,7 +39,7 @@ SPACE = layout(
 
 
 @compiled(**INLINE)
-def place(space, row):
+def row_address(space, row):
     """The address of a row."""
     return space.work + space.stride * row
 
@@ -47,13 +47,13 @@ def place(space, row):
 @compiled(**VIEW)
 def states(space, row):
     """The states of a row, (n,)."""
-    return floats(place(space, row), space.n)
+    return floats(row_address(space, row), space.n)
 
 
 @compiled(**VIEW)
 def block(space, row, b):
     """The b-th block of a row, (BLOCK,)."""
-    return floats(place(space, row) + BLOCK_BYTES * b, BLOCK)
+    return floats(row_address(space, row) + BLOCK_BYTES * b, BLOCK)
 
 
 @compiled(**LEAN)
@@ -67,7 +67,7 @@ def write_states(space, row, where):
 @compiled(**INLINE)
 def sum_rows(space, base, h, weights, count, target):
     """Target = base + h * sum of weights[j] * slope j, j < count; all but h and count addresses."""
-    slopes = place(space, K0)
+    slopes = row_address(space, K0)
     for offset in range(0, space.stride, BLOCK_BYTES):
         sum_slopes(base + offset, h, weights, count, slopes + offset, space.stride, target + offset)
 
@@ -75,7 +75,7 @@ def sum_rows(space, base, h, weights, count, target):
 @compiled(**LEAN)
 def combine(space, h, base, weights, count, target):
     """Row `target` = row `base` + h * sum of weights[j] * slope j, j < count; weights an address."""
-    sum_rows(space, place(space, base), h, weights, count, place(space, target))
+    sum_rows(space, row_address(space, base), h, weights, count, row_address(space, target))
 
 
 @compiled(**INLINE)
@@ -84,7 +84,7 @@ def combine_with_latest(space, h, base, weights, count, target):
     if space.by_item and space.blocks == 1:
         combine(space, h, base, weights, count - 1, target)
         last = floats(weights, MOST_STAGES)[count - 1]
-        add_latest(place(space, target), h * last, place(space, K0 + count - 1), space.n)
+        add_latest(row_address(space, target), h * last, row_address(space, K0 + count - 1), space.n)
     else:
         combine(space, h, base, weights, count, target)
 
