@@ -61,7 +61,7 @@ CONSTANT = (
 )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
     m = parameters[0]
@@ -76,7 +76,7 @@ def constants(parameters, constants):
     constants[3] = inverse_m
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     q_1 = state[0]
@@ -147,7 +147,7 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[19] = inverse_m * (-c * tmp_17 - k * tmp_18)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
@@ -227,7 +227,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[19, 19] = -tmp_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, matrix):
     """Mass matrix."""
     matrix[:, :] = 0.0
@@ -246,7 +246,7 @@ def mass(t, state, inputs, constants, matrix):
     matrix[9, 9] = m
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     q_1 = state[0]
@@ -334,7 +334,7 @@ def energy(t, state, inputs, constants, values):
     values[3] = -k * wdot * tmp_10
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     q_1 = state[0]
@@ -347,7 +347,7 @@ def outputs(t, state, inputs, constants, values):
     values[0] = k * (w - q_1) + c * (wdot - qdot_1)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
     state_matrix[:, :] = 0.0

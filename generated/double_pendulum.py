@@ -59,7 +59,7 @@ CONSTANT = (
 )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
     m_1 = parameters[0]
@@ -90,7 +90,7 @@ def constants(parameters, constants):
     constants[11] = constant_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     theta_1 = state[0]
@@ -130,7 +130,7 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[3] = thetaddot_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
@@ -191,7 +191,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[3, 3] = solved_2_4
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, matrix):
     """Mass matrix."""
     matrix[:, :] = 0.0
@@ -212,7 +212,7 @@ def mass(t, state, inputs, constants, matrix):
     matrix[1, 1] = constant_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     theta_1 = state[0]
@@ -238,7 +238,7 @@ def energy(t, state, inputs, constants, values):
     values[3] = 0.0
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     theta_1 = state[0]

@@ -85,7 +85,7 @@ CONSTANT = (
 )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
     m_b = parameters[0]
@@ -124,7 +124,7 @@ def constants(parameters, constants):
     constants[15] = inverse_m_r
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     z_b = state[0]
@@ -171,7 +171,7 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[7] = inverse_m_r * (tmp_4 + tmp_5 - k_tr * (z_r - w_r))
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
@@ -234,7 +234,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[7, 7] = -tmp_8
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, matrix):
     """Mass matrix."""
     matrix[:, :] = 0.0
@@ -250,7 +250,7 @@ def mass(t, state, inputs, constants, matrix):
     matrix[3, 3] = m_r
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     z_b = state[0]
@@ -303,7 +303,7 @@ def energy(t, state, inputs, constants, values):
     values[3] = -k_tf * wdot_f * tmp_1 - k_tr * wdot_r * tmp_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     z_b = state[0]
@@ -342,7 +342,7 @@ def outputs(t, state, inputs, constants, values):
     values[5] = k_tr * (w_r - z_r)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def positions(parameters, values):
     """Positions of the inputs in POSITION, m ahead of the model's origin."""
     a_f = parameters[10]
@@ -352,7 +352,7 @@ def positions(parameters, values):
     values[1] = -a_r
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
     state_matrix[:, :] = 0.0

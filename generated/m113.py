@@ -180,7 +180,7 @@ CONSTANT = (
 )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
     m_1 = parameters[0]
@@ -276,7 +276,7 @@ def constants(parameters, constants):
     constants[39] = inverse_I_6
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     q_1 = state[0]
@@ -373,7 +373,7 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[13] = qddot_7
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
@@ -476,7 +476,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[13, 13] = inverse_I_6 * (-c_6 * a_1_squared - c_10 * a_5_squared)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, matrix):
     """Mass matrix."""
     matrix[:, :] = 0.0
@@ -498,7 +498,7 @@ def mass(t, state, inputs, constants, matrix):
     matrix[6, 6] = I_6
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     q_1 = state[0]
@@ -603,7 +603,7 @@ def energy(t, state, inputs, constants, values):
     )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     q_1 = state[0]
@@ -679,7 +679,7 @@ def outputs(t, state, inputs, constants, values):
     values[14] = k_5 * (z_5 - q_5)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def positions(parameters, values):
     """Positions of the inputs in POSITION, m ahead of the model's origin."""
     l_1 = parameters[19]
@@ -704,7 +704,7 @@ def positions(parameters, values):
     values[4] = -a_5
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
     state_matrix[:, :] = 0.0

@@ -47,7 +47,7 @@ CONSTANT = (
 )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
     m_2 = parameters[0]
@@ -68,7 +68,7 @@ def constants(parameters, constants):
     constants[6] = inverse_m_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     q_2 = state[0]
@@ -83,7 +83,7 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[1] = qddot_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
@@ -96,7 +96,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[1, 0] = -2.0 * inverse_m_2 * (0.5 * k_2 + 0.5 * k_7)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, matrix):
     """Mass matrix."""
     matrix[:, :] = 0.0
@@ -106,7 +106,7 @@ def mass(t, state, inputs, constants, matrix):
     matrix[0, 0] = m_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     q_2 = state[0]
@@ -122,7 +122,7 @@ def energy(t, state, inputs, constants, values):
     values[3] = -g * m_2 * qdot_2
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     q_2 = state[0]
@@ -132,7 +132,7 @@ def outputs(t, state, inputs, constants, values):
     values[0] = q_2 * (k_2 + k_7)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
     state_matrix[:, :] = 0.0

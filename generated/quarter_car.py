@@ -57,7 +57,7 @@ CONSTANT = (
 )
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
     m_s = parameters[0]
@@ -78,7 +78,7 @@ def constants(parameters, constants):
     constants[6] = inverse_m_u
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     z_s = state[0]
@@ -102,7 +102,7 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[3] = inverse_m_u * (tmp_1 - k_t * (z_u - z_r))
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
@@ -129,7 +129,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[3, 3] = -tmp_3
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, matrix):
     """Mass matrix."""
     matrix[:, :] = 0.0
@@ -141,7 +141,7 @@ def mass(t, state, inputs, constants, matrix):
     matrix[1, 1] = m_u
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     z_s = state[0]
@@ -166,7 +166,7 @@ def energy(t, state, inputs, constants, values):
     values[3] = -k_t * zdot_r * tmp_1
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     z_s = state[0]
@@ -187,13 +187,13 @@ def outputs(t, state, inputs, constants, values):
     values[2] = k_t * (z_r - z_u)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def positions(parameters, values):
     """Positions of the inputs in POSITION, m ahead of the model's origin."""
     values[0] = 0.0
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
     state_matrix[:, :] = 0.0

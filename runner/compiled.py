@@ -21,8 +21,9 @@ from numba.np import linalg
 
 import generated
 
-#: Contraction to fused multiply-add and ignoring the sign of zero; never nnan or ninf, which make isfinite lie.
-FASTMATH = {"contract", "nsz"}
+#: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
+#: ninf, which make isfinite lie. IEEE rules: a division by zero is an infinity or no number, never an exception.
+ARITHMETIC: dict[str, Any] = {"fastmath": {"contract", "nsz"}, "error_model": "numpy"}
 
 
 def _import_array_functions() -> None:
@@ -79,13 +80,13 @@ def _tidy(folder: Path) -> Path:
 
 
 def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """`njit(signature, cache=True, fastmath=FASTMATH, **options)` with the cache in `cache_directory`."""
+    """`njit(signature, cache=True, **ARITHMETIC, **options)` with the cache in `cache_directory`."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         before = config.CACHE_DIR  # type: ignore[attr-defined]
         config.CACHE_DIR = str(cache_directory())  # type: ignore[attr-defined]
         try:
-            return njit(signature, cache=True, fastmath=FASTMATH, **options)(function)
+            return njit(signature, cache=True, **ARITHMETIC, **options)(function)
         finally:
             config.CACHE_DIR = before  # type: ignore[attr-defined]
 

@@ -90,10 +90,7 @@ class Model:
         """Constants c (n_constants,) of the kernels for parameters p; a ValueError names one that is not finite."""
         names = self.tables.constant_names
         c = np.zeros(len(names))
-        try:
-            self.kernel("constants")(np.ascontiguousarray(p, dtype=np.float64), c)
-        except ZeroDivisionError:
-            raise ValueError(f"model {self.name}: division by zero in the constants{self._zeros(p, '')}") from None
+        self.kernel("constants")(np.ascontiguousarray(p, dtype=np.float64), c)
         if not np.isfinite(c).all():
             name = names[int(np.argmin(np.isfinite(c)))]
             value = c[names.index(name)]
@@ -104,7 +101,7 @@ class Model:
         """Where the inputs that have a position act for parameters p: name -> m ahead of the model's origin."""
         names = self.tables.positioned
         places = np.full(len(names), np.nan)
-        with contextlib.suppress(ZeroDivisionError):
+        with np.errstate(all="ignore"), contextlib.suppress(ArithmeticError, ValueError):  # as Python's `math` has it
             if names:  # a few sums, once a run: compiling them would take longer than all runs together
                 self.module.positions.py_func(np.asarray(p, dtype=np.float64), places)
         if not np.isfinite(places).all():

@@ -24,8 +24,8 @@ _MATRIX = types.Array(types.float64, 2, "C")
 #: Untyped: what a compiled caller hands over is not what the typing function below it takes.
 intrinsic: Any = numba_intrinsic
 
-#: Options of numba for functions that allocate nothing and return no array: no reference counts, IEEE division.
-LEAN = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+#: Options of numba for functions that allocate nothing and return no array: no reference counts.
+LEAN = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: The same for those that return an array made from an address.
 VIEW = LEAN | {"_nrt": True}
 #: For functions that are called from one place, are a line or two, or take functions: compiled with their caller.

@@ -157,3 +157,5 @@ def _check_kernels(module: ModuleType, tables: Tables) -> None:
         found, expected = kernel.py_func.__code__.co_argcount, len(signature.args)
         if found != expected:
             raise _fail(module, f"kernel {name!r} takes {found} arguments, expected {expected}")
+        if kernel.targetoptions.get("error_model") != "numpy":
+            raise _fail(module, f"kernel {name!r} raises at a division by zero instead of following IEEE rules")

@@ -4,7 +4,7 @@ import llvmlite.binding
 import pytest
 from numba import njit
 
-from runner.compiled import FASTMATH
+from runner.compiled import ARITHMETIC
 from runner.lanes.kernel import LaneCompiler
 from runner.memory import LEAN
 
@@ -15,5 +15,5 @@ PACKED, SCALAR = r"v(mul|fn?m\w*)pd\s.*%[yz]mm", r"v(add|mul|div|fn?m\w*)sd"
 
 def fresh(function, signature):
     """A function compiled as lane loops are, past the cache, whose assembly can be read."""
-    options = {"fastmath": FASTMATH, "pipeline_class": LaneCompiler, **LEAN}
+    options = {**ARITHMETIC, "pipeline_class": LaneCompiler, **LEAN}
     return next(iter(njit(signature, **options)(function).inspect_asm().values()))

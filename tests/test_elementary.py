@@ -14,7 +14,7 @@ from numba import njit, types
 
 from generated import _elementary
 from runner import abi
-from runner.compiled import FASTMATH
+from runner.compiled import ARITHMETIC
 from runner.lanes.calls import doubles
 from runner.lanes.kernel import LaneCompiler
 from runner.memory import LEAN
@@ -46,7 +46,7 @@ class InLanes:
     def __init__(self, name):
         function = getattr(_elementary, f"lane_{name}")
         loop = (of_two if name in ("pow", "atan2") else of_one)(function)
-        options = {"fastmath": FASTMATH, "pipeline_class": LaneCompiler, **LEAN}
+        options = {**ARITHMETIC, "pipeline_class": LaneCompiler, **LEAN}
         kernel = njit(types.void(*[abi.POINTER] * 3), **options)(loop)
         self.assembly = next(iter(kernel.inspect_asm().values()))
 

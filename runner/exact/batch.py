@@ -100,4 +100,4 @@ def _compiled_runs() -> Any:
     batch, space = (typeof(np.zeros(1, dtype=fields)[0]) for fields in (RUNS, SPACE))
     integers, number = types.Array(types.int64, 2, "C"), types.int64
     arguments = (batch, space, abi.MATRIX, abi.MATRIX, integers, abi.VECTOR, abi.VECTOR, number, number)
-    return compiled(types.void(*arguments), error_model="numpy", nogil=True, _nrt=False)(propagate_runs)
+    return compiled(types.void(*arguments), nogil=True, _nrt=False)(propagate_runs)

@@ -27,7 +27,7 @@ APART = 16.0
 #: Row operations of a slice: some milliseconds.
 SLICE_WORK = 1e6
 #: Of the functions that Python calls; nothing in them allocates.
-_ENTRY = {"error_model": "numpy", "_nrt": False, "nogil": True}
+_ENTRY = {"_nrt": False, "nogil": True}
 _TABLE = typeof(stack([], []))
 _RECORD = typeof(np.zeros(1, dtype=SPACE)[0])
 

@@ -37,7 +37,7 @@ APART = 64.0
 @cache
 def _compiled_advance() -> Any:
     records = (typeof(record(fields)) for fields in (SPACE, PAIR, CONTROL, COURSE, WATCH))
-    return compiled(types.int64(*records, types.int64), error_model="numpy", _nrt=False, nogil=True)(advance)
+    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(advance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ SLICE_WORK = 1_000_000
 @cache
 def _compiled_advance() -> Any:
     records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH))
-    return compiled(types.int64(*records, types.int64), error_model="numpy", _nrt=False, nogil=True)(advance)
+    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(advance)
 
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:

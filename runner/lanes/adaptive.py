@@ -105,9 +105,7 @@ def advance(method: str, all_stages: int, next_slope: int) -> Any:
                     return FINISHED
         return RUNNING
 
-    return compiled(types.int64(*_ARGUMENTS, types.float64, types.int64), error_model="numpy", _nrt=False, nogil=True)(
-        loop
-    )
+    return compiled(types.int64(*_ARGUMENTS, types.float64, types.int64), _nrt=False, nogil=True)(loop)
 
 
 def start(batch, pack, longest_step):
@@ -121,4 +119,4 @@ def start(batch, pack, longest_step):
 @cache
 def compiled_start() -> Any:
     """`start`, compiled."""
-    return compiled(types.boolean(*_ARGUMENTS[:2], types.float64), error_model="numpy", _nrt=False, nogil=True)(start)
+    return compiled(types.boolean(*_ARGUMENTS[:2], types.float64), _nrt=False, nogil=True)(start)

@@ -80,7 +80,7 @@ def advance(method: str, stages: int) -> Any:
                     return FINISHED
         return RUNNING
 
-    return compiled(types.int64(*_ARGUMENTS), error_model="numpy", _nrt=False, nogil=True)(loop)
+    return compiled(types.int64(*_ARGUMENTS), _nrt=False, nogil=True)(loop)
 
 
 _ARGUMENTS = (BATCH_TYPE, PACK_TYPE, types.int64, types.int64)
@@ -97,4 +97,4 @@ def start(batch, pack):
 @cache
 def compiled_start() -> Any:
     """`start`, compiled."""
-    return compiled(types.boolean(*_ARGUMENTS[:2]), error_model="numpy", _nrt=False, nogil=True)(start)
+    return compiled(types.boolean(*_ARGUMENTS[:2]), _nrt=False, nogil=True)(start)

@@ -78,12 +78,8 @@ def _address(model: Model, name: str) -> int:
 def constants_of(model: Model, p: Floats) -> Floats:
     """Constants (runs, n_constants) for parameters (runs, n_parameters); a ValueError names the run it fails for."""
     c = np.zeros((len(p), len(model.tables.constant_names)))
-    try:
-        _compiled_constants()(_address(model, "constants"), np.ascontiguousarray(p), c)
-        bad = np.flatnonzero(~np.isfinite(c).all(axis=1))
-    except ZeroDivisionError:
-        bad = np.arange(len(p))
-    for run in bad:
+    _compiled_constants()(_address(model, "constants"), np.ascontiguousarray(p), c)
+    for run in np.flatnonzero(~np.isfinite(c).all(axis=1)):
         try:
             model.constants(p[run])
         except ValueError as error:
@@ -122,7 +118,7 @@ def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> Floats
                 r, J = slopes[:, n:], matrices[:, n:, :n]
                 scale = np.abs(J).max(axis=2, initial=0.0, keepdims=True)
                 inverse = np.linalg.inv(J / scale)
-            except (ZeroDivisionError, np.linalg.LinAlgError):
+            except np.linalg.LinAlgError:
                 break
             condition = np.abs(inverse).sum(axis=2).max(axis=1) * n
             terms = (np.abs(J) @ np.abs(x[:, :n, None]))[:, :, 0] + 1.0

@@ -63,4 +63,4 @@ METRICS = {
 @cache
 def compiled_metric(name: str) -> Any:
     """The compiled function of a metric; releases the interpreter's lock."""
-    return compiled(SIGNATURE, nogil=True, error_model="numpy")(METRICS[name].function)
+    return compiled(SIGNATURE, nogil=True)(METRICS[name].function)

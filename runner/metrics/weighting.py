@@ -106,7 +106,7 @@ def slowest(name: str) -> float:
     return float(max(each for each in intervals if error(name, float(each)) <= TOLERANCE))
 
 
-@compiled(error_model="numpy")
+@compiled()
 def moment(samples, first, stop, p, power):
     """Mean over the window of |weighted samples| to a power; p: sections of a digital filter, one after the other.
 

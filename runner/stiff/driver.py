@@ -157,7 +157,7 @@ class Run:
 def compiled_loop(advance: Callable[..., Any], control: np.dtype) -> Any:
     """A method's loop, with `control` the type of its record of scalars."""
     signature = types.int64(*map(from_dtype, (SPACE, control, POINTS, WATCH)), types.int64)
-    return compiled(signature, error_model="numpy", nogil=True)(advance)
+    return compiled(signature, nogil=True)(advance)
 
 
 def stops(problem: Problem) -> Array:

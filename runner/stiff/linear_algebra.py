@@ -59,7 +59,7 @@ def call(typing_context: Any, address: Any, pointers: Any) -> Any:
     return types.void(types.int64, pointers), generate
 
 
-@compiled(error_model="numpy")
+@compiled()
 def factorize(lapack, W, pivots):
     """Overwrite W, an (n, n) matrix by columns, with its factors; pivots (n,) int64 takes the row exchanges.
 
@@ -91,7 +91,7 @@ def factorize(lapack, W, pivots):
     return -1
 
 
-@compiled(error_model="numpy")
+@compiled()
 def solve(lapack, W, pivots, b):
     """Overwrite b (n,) with the solution of W x = b, after `factorize`."""
     n = len(W)
@@ -112,7 +112,7 @@ def solve(lapack, W, pivots, b):
             b[i] -= value * W[k, i]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _factorize_large(lapack, W, pivots):
     """LAPACK's dgetrf(m, n, a, lda, ipiv, info). Its 32-bit pivots fill half of ours; the integers lie at the end."""
     n = len(W)
@@ -126,7 +126,7 @@ def _factorize_large(lapack, W, pivots):
     return -1
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _solve_large(lapack, W, pivots, b):
     """LAPACK's dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)."""
     n = len(W)

@@ -34,7 +34,7 @@ LINEAR = True
 MASS_MATRIX = "constant"
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, c):
     """Fill c with what the kernels read."""
     c[0] = parameters[1]
@@ -44,7 +44,7 @@ def constants(parameters, c):
     c[4] = 1.0 / parameters[0]
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, x, u, c, dx):
     """dx = [qdot, qddot]."""
     deflection = x[0] - u[1]
@@ -54,7 +54,7 @@ def rhs(t, x, u, c, dx):
     dx[1] = (u[0] - c[0] * deflection - c[1] * deflection_rate) * c[4] - c[2]
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, x, u, c, J):
     """J[i, j] = d dx[i] / d x[j]."""
     J[0, 0] = 0.0
@@ -63,13 +63,13 @@ def jacobian(t, x, u, c, J):
     J[1, 1] = -c[1] * c[4]
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, x, u, c, M):
     """Mass matrix."""
     M[0, 0] = c[3]
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, x, u, c, E):
     """Kinetic energy, potential energy, dissipated power, power put in."""
     deflection = x[0] - u[1]
@@ -81,7 +81,7 @@ def energy(t, x, u, c, E):
     E[3] = u[0] * x[1] - (c[0] * deflection + c[1] * deflection_rate) * u[2]
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, x, u, c, y):
     """Outputs in the order of OUTPUT."""
     spring = c[0] * (u[1] - x[0])
@@ -90,7 +90,7 @@ def outputs(t, x, u, c, y):
     y[1] = spring
 
 
-@njit(cache=True, fastmath={"contract", "nsz"})
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(c, A, B):
     """dx = A x + B [u, 1]."""
     A[0, 0] = 0.0
