@@ -69,6 +69,13 @@ def factors(term: Any) -> tuple[Any, ...]:
     return () if is_number(term) else (term,)
 
 
+def without(term: Any, factor: Any) -> Any:
+    """A term without one of its factors; dividing would leave x**(y - 1 - (y - 1)), which SymEngine keeps."""
+    if term == factor:
+        return se.Integer(1)
+    return se.Mul(*(part for part in term.args if part != factor))
+
+
 def operations(expression: Any) -> int:
     """Additions, multiplications, divisions, powers and function calls, all counted as one; a sign is free."""
     arguments = expression.args

@@ -7,7 +7,7 @@ from typing import Any
 import symengine as se
 
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import factors, is_number, is_square, operations, rewrite
+from codegen.rewrite import factors, is_number, is_square, operations, rewrite, without
 
 Change = Callable[[Any], Any]
 
@@ -79,11 +79,12 @@ def pythagoras(node: Any) -> Any:
     terms = list(node.args)
     squares = {term: part for term in terms for part in factors(term) if _is_squared_sine(part)}
     for term, part in squares.items():
-        partner = term / part * se.cos(part.args[0].args[0]) ** 2
+        rest = without(term, part)
+        partner = rest * se.cos(part.args[0].args[0]) ** 2
         if partner in terms:
             terms.remove(term)
             terms.remove(partner)
-            terms.append(term / part)
+            terms.append(rest)
     return se.Add(*terms) if squares else node
 
 
@@ -101,7 +102,7 @@ def collect(node: Any) -> Any:
     if most < 2:
         return node
     factor = max((factor for factor, count in counts.items() if count == most), key=operations)
-    sharing = [term / factor for term, parts in found if factor in parts]
+    sharing = [without(term, factor) for term, parts in found if factor in parts]
     others = [term for term, parts in found if factor not in parts]
     return se.Add(collect(se.Add(*others)), factor * collect(se.Add(*sharing)))
 
