@@ -36,23 +36,6 @@ def combined(found: Iterable[tuple[int | Any, Polynomial]]) -> Polynomial:
     return {product: number for product, number in total.items() if number != 0}
 
 
-def vanishes(expression: Any, size: Any) -> bool:
-    """Whether an expression is zero beside one of its size, tried at points that no author would have in mind.
-
-    A rational function of the symbols that is zero at a random point is zero (Schwartz, J. ACM 27 (1980) 701).
-    """
-    symbols = sorted(expression.free_symbols | size.free_symbols, key=str)
-    for trial in range(3):
-        point = {s: se.Rational(611953 + 7919 * ((17 * k + 29 * trial) % 101), 1299709) for k, s in enumerate(symbols)}
-        try:
-            value, scale = (abs(e.subs(point).n(400, real=True)) for e in (expression, size))
-        except (RuntimeError, ValueError, ZeroDivisionError):
-            return False
-        if not float(value) <= 1e-60 * max(float(scale), 1e-30):
-            return False
-    return True
-
-
 def _expanded(expression: Any) -> Any:
     if spread(expression) > _MOST_TERMS:
         raise CompareError(f"an expression opens to more than {_MOST_TERMS} terms, which is too many to compare")

@@ -1,21 +1,26 @@
 """Comparing each equation of a sheet with the one derived: equal, equal up to a factor, or what must change."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import symengine as se
 
 from codegen.calculus import terms
-from codegen.compare.canonical import canonical, vanishes
+from codegen.compare.canonical import canonical
 from codegen.compare.edits import Change, explain
 from codegen.compare.sheet import Sheet, Written
 from codegen.compare.tree import Addend, CompareError, addends, symbols
 from codegen.compare.values import Reading
+from codegen.compare.zero import vanishes
 from codegen.equations.identities import Polynomial, total
 from codegen.equations.legible import legible
 from codegen.equations.order import Order
 from codegen.lagrange import Equations
+
+#: Whether two expressions are equal.
+_Same = Callable[[Any, Any], bool]
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,8 @@ class _Judge:
     def __init__(self, sheet: Sheet, equations: Equations) -> None:
         self._sheet, self._equations = sheet, equations
         self._fixed = Order(equations).fixed
+        usual = {p.symbol.name: float(p.default) for p in equations.system.parameters}
+        self._same: _Same = partial(_equal, {s: usual[str(s)] for s in equations.parameters})
         used = {symbol.name for written in sheet.equations for symbol in _symbols_of(written)}
         used |= {symbol.name for meaning in sheet.meanings.values() for symbol in symbols(meaning)}
         kept = {s for s in equations.definitions.expressions if str(s) in used}
@@ -85,8 +92,8 @@ class _Judge:
         try:
             printed = se.Add(*(reading.addend(term) for term in printed_terms))
             derived = se.Add(*derived_terms)
-            factor = _factor(printed, derived, self._equations.accelerations)
-            if _equal(printed, factor * derived):
+            factor = _factor(printed, derived, self._equations.accelerations, self._same)
+            if self._same(printed, factor * derived):
                 return Comparison(*case, factor, (), printed, derived)
             wanted = [factor * term for term in derived_terms]
             changes = explain(printed_terms, wanted, reading, self._roles())
@@ -146,15 +153,15 @@ def _replaced(expression: Any, values: Mapping[Any, Any]) -> Any:
     return expression.subs({symbol: values[symbol] for symbol in held}) if held else expression
 
 
-def _equal(one: Any, other: Any) -> bool:
-    difference = one - other
-    return not canonical(difference) or vanishes(difference, se.Add(*(t**2 for t in terms(one))))
+def _equal(typical: Mapping[Any, float], one: Any, other: Any) -> bool:
+    difference = canonical(one - other)
+    return not difference or vanishes(total(difference), typical)
 
 
-def _factor(printed: Any, derived: Any, accelerations: Sequence[Any]) -> Any:
+def _factor(printed: Any, derived: Any, accelerations: Sequence[Any], same: _Same) -> Any:
     """What the printed equation is multiplied by as a whole: 1 unless something else explains more than half."""
     one = se.Integer(1)
-    if _equal(printed, derived):
+    if same(printed, derived):
         return one
     mine, theirs = canonical(printed), canonical(derived)
     wrong = _disagreeing(mine, theirs)
@@ -164,7 +171,7 @@ def _factor(printed: Any, derived: Any, accelerations: Sequence[Any]) -> Any:
         return best
     for acceleration in accelerations:
         above, below = printed.diff(acceleration), derived.diff(acceleration)
-        if above != 0 and below != 0 and _equal(printed * below, derived * above):
+        if above != 0 and below != 0 and same(printed * below, derived * above):
             return above / below
     return one
 

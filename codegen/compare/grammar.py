@@ -9,9 +9,10 @@ A name is a letter, then letters, digits and underscores; functions are those of
 """
 
 import ast
+import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from math import inf, prod
+from math import inf, isinf, prod
 
 from codegen.compare.tree import Addend, Call, CompareError, Node, Number, Power, Product, Sum, Symbol, parts, symbols
 
@@ -112,10 +113,14 @@ class _Reader:
         return Call(name, tuple(self.node(argument) for argument in tree.args), self._at(tree))
 
     def _number(self, tree: ast.Constant) -> Number:
-        try:
-            return Number(Fraction(repr(tree.value)), self._at(tree))
-        except ValueError:
-            raise self._error(tree, "this is no finite number") from None
+        """The number as it is written, not as a double would have it."""
+        if not isinstance(tree.value, float):
+            return Number(Fraction(str(tree.value)), self._at(tree))
+        text = self._bytes[tree.col_offset : tree.end_col_offset].decode()
+        nothing = not re.search("[1-9]", text.lower().partition("e")[0])
+        if isinf(tree.value) or (tree.value == 0 and not nothing):
+            raise self._error(tree, f"{text} is no finite number, or too small: there are 1e-323 to 1e308, and 0")
+        return Number(Fraction(0) if nothing else Fraction(text), self._at(tree))
 
     def _advice(self, tree: ast.expr) -> str:
         if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.BitXor):

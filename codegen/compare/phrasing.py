@@ -1,6 +1,7 @@
 """The author's expressions as phrases, to be written by any script in the author's own order."""
 
 from fractions import Fraction
+from sys import float_info
 
 from codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol, addends
 from codegen.equations import phrases
@@ -59,4 +60,7 @@ def _factor(node: Node) -> phrases.Factor:  # noqa: PLR0911 - one for each kind 
 
 
 def _shown(value: Fraction) -> phrases.Value:
-    return value if value.denominator <= _LARGEST_DENOMINATOR else float(value)
+    """As a fraction or as a decimal; what no double holds stays a fraction, with all its digits."""
+    if value.denominator <= _LARGEST_DENOMINATOR or not (float_info.min <= abs(value) <= float_info.max):
+        return value
+    return float(value)

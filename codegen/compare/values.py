@@ -6,6 +6,7 @@ from typing import Any
 
 import symengine as se
 from sympy import Abs, sign
+from sympy import Symbol as SympySymbol
 
 from codegen.compare.canonical import exact
 from codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol
@@ -38,7 +39,7 @@ class Reading:
 
     def symbol(self, name: str) -> Any:
         """The meaning of a name."""
-        return self.meanings.get(name) or se.Symbol(name)
+        return self.meanings[name] if name in self.meanings else se.Symbol(name)
 
     def addend(self, addend: Addend) -> Any:
         """The value of an addend, its sign and scale included."""
@@ -66,5 +67,11 @@ class Reading:
 
     def _call(self, function: str, arguments: list[Any]) -> Any:
         if function in _KINKED:
-            return convert(function, _KINKED[function](*(argument._sympy_() for argument in arguments)))
+            return convert(function, _KINKED[function](*map(_real, arguments)))
         return _FUNCTIONS[function](*arguments)
+
+
+def _real(expression: Any) -> Any:
+    """In SymPy's form with real symbols: the modulus of exp(x) is exp(x), and has no real part of x in it."""
+    found = expression._sympy_()
+    return found.xreplace({symbol: SympySymbol(symbol.name, real=True) for symbol in found.free_symbols})
