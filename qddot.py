@@ -27,6 +27,7 @@ _PUBLIC = {
     "IntegrationError": "runner.simulate",
     "LoadError": "runner.load",
     "ModelError": "model.system",
+    "ModesError": "runner.modes",
     "Signal": "runner.inputs.signal",
     "Solution": "runner.solution",
     "StoreError": "runner.batch.store",

@@ -28,16 +28,16 @@ def finite(what: str, value: Any) -> float:
     return float(value)
 
 
-def finite_state(what: str, values: ArrayLike, names: Sequence[str]) -> NDArray[np.float64]:
-    """A new state x (n_states,); raises ValueError naming `what`, and the state that is not finite."""
+def finite_state(what: str, values: ArrayLike, names: Sequence[str], called: str = "initial") -> NDArray[np.float64]:
+    """A new state x (n_states,); raises ValueError naming `what`, as it is called, and the state that is not finite."""
     try:
         x = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{what}: initial is {values!r}, expected {len(names)} numbers") from None
+        raise ValueError(f"{what}: {called} is {values!r}, expected {len(names)} numbers") from None
     if x.shape != (len(names),):
-        raise ValueError(f"{what}: initial has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
+        raise ValueError(f"{what}: {called} has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
     for i in np.flatnonzero(~np.isfinite(x))[:1]:
-        raise ValueError(f"{what}: initial {names[i]} is {x[i]}, expected a finite number")
+        raise ValueError(f"{what}: {called} {names[i]} is {x[i]}, expected a finite number")
     return x
 
 

@@ -8,7 +8,7 @@ from rich.console import Console
 from runner.checks import unknown
 from runner.equilibrium import EquilibriumError, equilibrium
 from runner.load import Model, available, load
-from runner.modes import modes
+from runner.modes import ModesError, modes
 from runner.report.background import Drawing
 from runner.report.curves import Curves, curves
 from runner.report.progress import late_bar
@@ -108,9 +108,10 @@ def _show_modes(console: Console, model: Model, chosen: str | None) -> None:
     title = f"with {chosen}" if chosen else "with default parameters"
     try:
         state = equilibrium(model, chosen)
-    except EquilibriumError as error:
-        console.print(f"No modes {title}: {error}\n", highlight=False)
+        found = modes(model, chosen, state)
+    except (EquilibriumError, ModesError) as error:
+        console.print(f"No modes {title}: {error}\n", highlight=False, soft_wrap=True)
         return
     at_rest = ", ".join(f"{n} = {x:.4g}" for n, x in zip(model.coordinate_names, state, strict=False))
-    console.print(modal_table(f"Modes {title}", modes(model, chosen, state)))
+    console.print(modal_table(f"Modes {title}", found))
     console.print(f"about the equilibrium {at_rest}\n", highlight=False)

@@ -9,14 +9,18 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from runner.checks import finite, finite_state, unknown
+from runner.inertia import singular_mass
 from runner.inputs.bind import bind
 from runner.inputs.reader import evaluate, reader_for
 from runner.inputs.signal import InputTable, Signal
 from runner.load import Model, Parameters
 
 Vector = NDArray[np.float64]
+#: Where the search for a static state starts: coordinates by name (the others 0), or a state (n_states,).
+Guess = Mapping[str, float] | ArrayLike | None
 
 #: Iterations and halvings of a step before Newton's method gives up.
 MOST_ITERATIONS, MOST_HALVINGS = 60, 40
@@ -26,6 +30,12 @@ AT_REST = 1e-10
 SINGULAR = 1e-12
 #: Components of the null vector relative to the largest that are named.
 NAMED = 0.1
+#: What stands for an infinite stiffness where directions without any are looked for.
+HUGE = 1e200
+#: Coordinates of which a message gives the values.
+MOST_TOLD = 8
+#: What to do about it.
+ADVICE = "give the initial state (initial= in Python, [initial] in a study)"
 
 
 class EquilibriumError(ValueError):
@@ -37,35 +47,58 @@ def equilibrium(
     parameters: Parameters = None,
     inputs: Mapping[str, Signal | float] | None = None,
     t0: float = 0.0,
-    guess: Vector | None = None,
+    guess: Guess = None,
 ) -> Vector:
     """The state [q, 0] (n_states,) at which all accelerations vanish, with the inputs at t0 and their rates 0.
 
-    guess (n_states,): where the search starts, all zeros by default; its velocities are not used.
-    Raises EquilibriumError where the accelerations do not vanish (naming the coordinate with the largest) or where the
-    state can be moved without force (naming the coordinates that move).
+    guess: where the search starts, coordinates by name or a state (n_states,) whose velocities are not used; 0 where
+    not given. Raises EquilibriumError where the accelerations do not vanish (naming the coordinate with the largest),
+    where they are not finite (naming the coordinates, and the singular mass matrix where it is one), or where the state
+    can be moved without force (naming the coordinates that move).
     """
     c = model.constants(model.parameter_values(parameters))
     return rest(model, c, bind(model.tables, inputs), t0, guess)
 
 
-def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Vector | None = None) -> Vector:
+def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = None) -> Vector:
     """As `equilibrium`, for constants c and bound inputs."""
-    n = len(model.coordinate_names)
-    residual, jacobian = _at_rest(model, c, resting_inputs(table, t0), t0)
-    q = np.zeros(n) if guess is None else np.array(guess[:n], dtype=np.float64)
+    n, u = len(model.coordinate_names), resting_inputs(table, t0)
+    residual, jacobian = _at_rest(model, c, u, t0)
+    start = _coordinates(model, guess)
     with np.errstate(all="ignore"):
-        q, r, J = _newton(residual, jacobian, q)
+        q, r, J = _newton(residual, jacobian, start)
+    if not (np.isfinite(r).all() and (np.isfinite(J).all() or not r.any())):
+        x = np.concatenate([q, np.zeros(n)])
+        where = "where the search starts" if (q == start).all() else "where the search leads"
+        why = singular_mass(model, t0, x, u, c)
+        raise EquilibriumError(
+            f"{_not_finite(model, r, J, q)}, {where}{f': {why}' if why else ''}; "
+            f"start it elsewhere (guess=), or {ADVICE}"
+        )
     if not _vanishes(r, J, q):
-        raise EquilibriumError(_none_message(model, r, J, t0))
-    free = _free_directions(J)
+        raise EquilibriumError(_none_message(model, r, t0))
+    free = _free_directions(np.nan_to_num(J, nan=HUGE, posinf=HUGE, neginf=-HUGE))
     if free is not None:
         names = [model.coordinate_names[i] for i in np.flatnonzero(np.abs(free) > NAMED * np.abs(free).max())]
         raise EquilibriumError(
             f"model {model.name}: the static state is not isolated: nothing holds {', '.join(names)}; "
-            "give the initial state (initial=), or a spring"
+            f"{ADVICE}, or add a spring"
         )
     return np.concatenate([q, np.zeros(n)])
+
+
+def _coordinates(model: Model, guess: Guess) -> Vector:
+    """The coordinates (n,) that a guess gives."""
+    names, q = model.coordinate_names, np.zeros(len(model.coordinate_names))
+    if guess is None:
+        return q
+    if not isinstance(guess, Mapping):
+        return finite_state(f"model {model.name}", guess, model.state_names, "guess")[: len(names)]
+    for name, value in guess.items():
+        if name not in names:
+            raise ValueError(f"model {model.name}: guess: {unknown('coordinate', name, names)}")
+        q[names.index(name)] = finite(f"model {model.name}: guess of {name}", value)
+    return q
 
 
 def resting_inputs(table: InputTable, t0: float) -> Vector:
@@ -116,9 +149,11 @@ def _newton(residual: Callable[[Vector], Vector], jacobian: Callable[[Vector], V
 
 
 def _vanishes(r: Vector, J: Vector, q: Vector) -> bool:
-    """Whether r is the rounding left of terms J_ij q_j, or of accelerations of order 1, that cancel."""
+    """Whether r is nothing, or the rounding left of terms J_ij q_j, or of accelerations of order 1, that cancel."""
+    if not r.any():
+        return True
     terms = np.abs(J) @ np.abs(q) + 1.0
-    return bool(np.isfinite(J).all() and (np.abs(r) <= AT_REST * terms).all())
+    return bool((np.abs(r) <= AT_REST * terms).all())
 
 
 def _free_directions(J: Vector) -> Vector | None:
@@ -133,13 +168,22 @@ def _nonzero(scale: Vector) -> Vector:
     return np.where(scale > 0, scale, 1.0)
 
 
-def _none_message(model: Model, r: Vector, J: Vector, t0: float) -> str:
-    if not np.isfinite(r).all() or not np.isfinite(J).all():
-        i = int(np.argmin(np.isfinite(r) & np.isfinite(J).all(axis=1)))
-        return f"model {model.name}: the acceleration of {model.coordinate_names[i]} is not finite in the search"
+def _not_finite(model: Model, r: Vector, J: Vector, q: Vector) -> str:
+    """What is not finite at rest at q."""
+    rows, what = ~np.isfinite(r), "acceleration"
+    if not rows.any():
+        rows, what = ~np.isfinite(J).all(axis=1), "stiffness"
+    names = [name for name, bad in zip(model.coordinate_names, rows, strict=True) if bad]
+    pairs = list(zip(model.tables.states, q, strict=False))
+    told = ", ".join(f"{state.name} = {value:.6g} {state.unit}".rstrip() for state, value in pairs[:MOST_TOLD])
+    more = ", ..." if len(pairs) > MOST_TOLD else ""
+    return f"model {model.name}: the {what} of {', '.join(names)} is not finite at rest at {told}{more}"
+
+
+def _none_message(model: Model, r: Vector, t0: float) -> str:
     i = int(np.argmax(np.abs(r)))
     unit = model.tables.states[len(r) + i].unit
     return (
         f"model {model.name}: no static state found at t = {t0:g}: {model.coordinate_names[i]} keeps an acceleration "
-        f"of {r[i]:.6g} {unit} per s; give the initial state (initial=), other parameters or other inputs"
+        f"of {r[i]:.6g} {unit} per s; {ADVICE}, other parameters or other inputs"
     )

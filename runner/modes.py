@@ -12,6 +12,11 @@ from runner.inputs.reader import evaluate, reader_for
 from runner.inputs.signal import Signal
 from runner.load import Model, Parameters
 
+
+class ModesError(ValueError):
+    """The equations cannot be linearized at the state; the message names what is not finite."""
+
+
 #: Imaginary part relative to the magnitude below which an eigenvalue is real.
 REAL = 1e-9
 
@@ -50,7 +55,10 @@ def modes(
     inputs: Mapping[str, Signal | float] | None = None,
     t0: float = 0.0,
 ) -> tuple[Mode, ...]:
-    """The modes at a state (n_states,), the equilibrium by default, with the inputs at t0; slowest first."""
+    """The modes at a state (n_states,), the equilibrium by default, with the inputs at t0; slowest first.
+
+    Raises EquilibriumError where there is no static state, ModesError where the equations cannot be linearized at it.
+    """
     c = model.constants(model.parameter_values(parameters))
     table = bind(model.tables, inputs)
     x = rest(model, c, table, t0) if state is None else model.state(state)
@@ -58,6 +66,12 @@ def modes(
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
     J = np.zeros((len(x), len(x)))
     model.kernel("jacobian")(t0, x, u, c, J)
+    if not np.isfinite(J).all():
+        row, column = np.argwhere(~np.isfinite(J))[0]
+        raise ModesError(
+            f"model {model.name}: the equations cannot be linearized: the derivative of the rate of "
+            f"{model.state_names[row]} by {model.state_names[column]} is {J[row, column]} at this state"
+        )
     eigenvalues, right = np.linalg.eig(J)
     shares = np.abs(right * np.linalg.pinv(right).T)
     n = len(model.coordinate_names)

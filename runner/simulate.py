@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner.checks import finite, finite_state, unknown
-from runner.equilibrium import rest
+from runner.equilibrium import Guess, rest
 from runner.events.kinds import OutputCrossing, StateCrossing
 from runner.inputs.bind import as_signal, bind
 from runner.inputs.signal import Signal, stack
@@ -34,6 +34,7 @@ def simulate(
     parameters: Parameters = None,
     inputs: Mapping[str, Signal | float] | None = None,
     initial: Mapping[str, float] | ArrayLike | None = None,
+    guess: Guess = None,
     on_failure: str = "raise",
     **options: Any,
 ) -> Solution:
@@ -41,12 +42,21 @@ def simulate(
 
     step: of fixed-step methods, in s. parameters: a set's name, values by name, or both as a tuple. inputs: signals or
     numbers by name, 0 where not given. initial: the state by name or as an array (n_states,); None starts from the
-    static equilibrium. options: those of `Options` (output_times, every, progress, time_limit, rtol, atol, ...).
+    static equilibrium, for which the search starts at `guess`, see `equilibrium`.
+    options: those of `Options` (output_times, every, progress, time_limit, rtol, atol, ...).
     Raises IntegrationError where the run fails, unless on_failure is "return"; EquilibriumError where there is no
     static state to start from; ValueError for anything given wrongly, naming it.
     """
     run = prepare(
-        model, span, method=method, step=step, parameters=parameters, inputs=inputs, initial=initial, **options
+        model,
+        span,
+        method=method,
+        step=step,
+        parameters=parameters,
+        inputs=inputs,
+        initial=initial,
+        guess=guess,
+        **options,
     )
     return run(on_failure=on_failure)
 
@@ -83,6 +93,7 @@ def prepare(
     parameters: Parameters = None,
     inputs: Mapping[str, Signal | float] | None = None,
     initial: Mapping[str, float] | ArrayLike | None = None,
+    guess: Guess = None,
     at_rest: Callable[..., NDArray[np.float64]] = rest,
     **options: Any,
 ) -> Simulation:
@@ -92,13 +103,15 @@ def prepare(
     """
     chosen, settings = _method(method), _options(step, options)
     t0, t1 = _span(span)
+    if initial is not None and guess is not None:
+        raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
     p = model.parameter_values(parameters)
     c, table = model.constants(p), bind(model.tables, inputs)
     problem = Problem(
         rhs=model.kernel("rhs"),
         t0=t0,
         t1=t1,
-        initial_state=at_rest(model, c, table, t0) if initial is None else model.state(initial),
+        initial_state=at_rest(model, c, table, t0, guess) if initial is None else model.state(initial),
         constants=c,
         inputs=table,
         n_inputs=model.tables.rhs_inputs,

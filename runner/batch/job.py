@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from runner.batch.prepared import Run
 from runner.batch.sampling import Sampling, sampling_of
 from runner.batch.wanted import check_outputs, request_of
-from runner.equilibrium import rest, resting_inputs
+from runner.equilibrium import Guess, rest, resting_inputs
 from runner.inputs.signal import InputTable
 from runner.load import Model
 from runner.metrics.measure import Measure, measure, quantity_of
@@ -72,12 +72,14 @@ class Job:
         arguments = settings(study, self.model, self.path)
         return Run(prepare(self.model, **arguments, at_rest=self._rest), arguments["inputs"])
 
-    def _rest(self, model: Model, c: NDArray[np.float64], table: InputTable, t0: float) -> NDArray[np.float64]:
+    def _rest(
+        self, model: Model, c: NDArray[np.float64], table: InputTable, t0: float, guess: Guess
+    ) -> NDArray[np.float64]:
         """The static state; runs that differ only in what comes after the start share it."""
-        key = c.tobytes() + resting_inputs(table, t0).tobytes()
+        key = c.tobytes() + resting_inputs(table, t0).tobytes() + repr(guess).encode()
         found = self.static_states.get(key)
         if found is None:
-            found = rest(model, c, table, t0)
+            found = rest(model, c, table, t0, guess)
             if len(self.static_states) >= REMEMBERED:
                 self.static_states.clear()
             self.static_states[key] = found

@@ -55,11 +55,21 @@ def evaluate_f(space, s, t, row, target):
 
 
 @compiled(**LEAN)
+def all_finite(space, square_matrix):
+    """Whether every entry of an (n, n) matrix is finite: a sum over 0 * entry is NaN where one is not."""
+    total = 0.0
+    for i in range(space.n):
+        for j in range(space.n):
+            total += 0.0 * square_matrix[i, j]
+    return total == 0.0
+
+
+@compiled(**LEAN)
 def evaluate_jacobian(space, s, v, t, typical_step):
     """Evaluate df/dx at (t, v[X]), where v[F] = f, with the inputs last set.
 
-    Without a kernel: forward differences, with increments relative to |x|, to its change within typical_step (s), or to
-    the threshold, whichever is largest.
+    Without a kernel, or where what it gives is not finite (as of sqrt|v| at rest): forward differences, with increments
+    relative to |x|, to its change within typical_step (s), or to the threshold, whichever is largest.
     """
     n = space.n
     jacobian = square(space, space.jacobian)
@@ -67,7 +77,8 @@ def evaluate_jacobian(space, s, v, t, typical_step):
     if space.jacobian_kernel != 0:
         x = states(space, X)
         call_matrix_kernel(space.jacobian_kernel, t, x, input_values(space), constants(space), jacobian)
-        return
+        if all_finite(space, jacobian):
+            return
     for i in range(n):
         v[SHIFTED, i] = v[X, i]
     for j in range(n):
