@@ -12,13 +12,13 @@ from scipy.optimize import differential_evolution
 from runner.inputs.shapes import pulse_train
 from runner.metrics.weighting import digital, vibration_dose
 from runner.paper.schema import FiringSettings
-from runner.paper.studies import Case, case
+from runner.paper.studies import Case, Studies
 from runner.solution import Solution
 from runner.study.read import StudyError, read
 
 Vector = NDArray[np.float64]
 
-#: What stands for the crew's comfort: the vibration dose value (ISO 2631-1:1997, equation 4, for shocks) of the heave
+#: What stands for the crew's comfort: the vibration dose value (ISO 2631-1:1997, equation 5, for shocks) of the heave
 #: acceleration, weighted by Wk, over the whole run, m/s^1.75; and the interval between its samples, s, which Wk needs.
 DOSE, STEP = "vibration_dose", 0.0018
 
