@@ -96,20 +96,29 @@ def _call(room: str, name: str, /, **given: Any) -> int:
     return status
 
 
+def _compute(room: str, name: str, /, **given: Any) -> int:
+    """`_call` of what compiles and integrates: who waits for numba is told."""
+    from runner.report.progress import compilation_told
+
+    with compilation_told():
+        return _call(room, name, **given)
+
+
 def _run(study: Path, into: Path, figure: bool, settings: Sequence[str], row: int | None) -> int:
     from runner.report.background import Drawing
 
     with Drawing() if figure else nullcontext() as drawing:  # imports matplotlib while this process imports numba
-        from runner.command import run_and_write
-
-        return run_and_write(study, into, drawing, settings, row)
+        given = {"path": study, "into": into, "drawing": drawing, "settings": settings, "row": row}
+        return _compute("runner.command", "run_and_write", **given)
 
 
 def _report(claims: Path, into: Path, pdf: bool) -> int:
     from codegen.equations.command import equations_page
     from runner.paper.command import write_report
+    from runner.report.progress import compilation_told
 
-    write_report(claims, equations_page("m113"), into, pdf)
+    with compilation_told():
+        write_report(claims, equations_page("m113"), into, pdf)
     return 0
 
 
@@ -183,7 +192,7 @@ _COMMANDS = {
         ),
     ),
     "identify": _Command(
-        partial(_call, "runner.identify.command", "identify"),
+        partial(_compute, "runner.identify.command", "identify"),
         "Fit unknowns of studies to observations, and say how sure each is.",
         (
             _argument("path", metavar="STUDY", type=Path, help="A TOML file, see studies/paper/identify_*.toml."),
@@ -192,7 +201,7 @@ _COMMANDS = {
         ),
     ),
     "batch": _Command(
-        partial(_call, "runner.batch.command", "batch"),
+        partial(_compute, "runner.batch.command", "batch"),
         "Run all runs of a study's sweep, or go on with a batch that was stopped.",
         (
             _STUDY,
@@ -244,7 +253,7 @@ _COMMANDS = {
         ),
     ),
     "show": _Command(
-        partial(_call, "runner.command", "show"),
+        partial(_compute, "runner.command", "show"),
         "Show a model: its tables, static equilibrium and modes; or a study: what drives it, as a table and a figure.",
         (
             _argument("name", metavar="NAME", help="A model's name, a generated module, or a study (.toml)."),
@@ -253,16 +262,15 @@ _COMMANDS = {
         ),
     ),
     "verify": _Command(
-        partial(_call, "runner.paper.command", "verification"),
+        partial(_compute, "runner.paper.command", "verification"),
         "Verify section 3.1 of the M113 paper: six schemes against the analytic solution.",
         (_path("--into", "Folder for the figures", "results/verification"), _JSON),
     ),
     "paper": _Command(
-        partial(_call, "runner.paper.command", "paper"),
+        partial(_compute, "runner.paper.command", "paper"),
         "Compute the M113 paper again and judge its claims; exits with 1 where one is no longer met.",
         (
             _argument("--claims", dest="path", metavar="PATH", type=Path, default=_PAPER, help="Settings and claims."),
-            _argument("--parameters", metavar="SET", help="Parameter set of the M113 in place of the paper's."),
             _path("--into", "Folder for the figures and the claims", "results/paper"),
             _JSON,
         ),

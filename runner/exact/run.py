@@ -1,6 +1,5 @@
 """An exact run: what is wanted when, and the Python loop around the compiled course of `propagate`."""
 
-import time
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.compiled import compiled
+from runner.compiling import working_time
 from runner.exact.course import advance, begin_run
 from runner.exact.space import SPACE, Arrays, space_for
 from runner.inputs.signal import stack
@@ -39,7 +39,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     and end always. Raises ValueError for a problem without the kernel `linear`, for events, and for times outside the
     span.
     """
-    start = time.perf_counter()
+    start = working_time()
     if problem.linear is None:
         raise ValueError(
             f"method {method.name} needs a linear model, x' = A x + B u: give qddot.simulate a generated model that is "
@@ -54,7 +54,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         progress=options.progress,
         time_limit=options.time_limit,
     )
-    return _trajectory(s, arrays, status, time.perf_counter() - start)
+    return _trajectory(s, arrays, status, working_time() - start)
 
 
 def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:

@@ -1,6 +1,5 @@
 """Adaptive explicit Runge-Kutta methods: any embedded pair, any controller, any model, one compiled loop."""
 
-import time
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from runner.compiled import compiled
+from runner.compiling import working_time
 from runner.events.kinds import EventLog, names_of, watch_for
 from runner.events.search import WATCH
 from runner.explicit.adaptive_course import COURSE
@@ -74,7 +74,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     which changes no step. Events end up in extras["events"], an `EventLog`.
     Raises ValueError for a controller, an event or times that make no sense.
     """
-    start = time.perf_counter()
+    start = working_time()
     pair = method.pair
     if pair is None:
         raise ValueError(f"method {method.name!r} has no embedded pair, so it cannot control its step")
@@ -101,7 +101,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     )
     log.save(float(course["now"]), state_of(space, space_arrays))
     del watch_arrays  # The loop knew them by address: they had to live until here.
-    return _trajectory(log, status, names_of(options.events), time.perf_counter() - start)
+    return _trajectory(log, status, names_of(options.events), working_time() - start)
 
 
 def _log(problem: Problem, options: Options, pair: EmbeddedPair, n: int) -> Log:

@@ -1,6 +1,5 @@
 """Fixed-step marching: plans the steps and the saved points of a run, and drives the compiled loop of `march`."""
 
-import time
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from runner.compiled import compiled
+from runner.compiling import working_time
 from runner.explicit.march import MARCH, SNAP, advance
 from runner.explicit.step import PAIR, tableau_for
 from runner.explicit.workspace import SPACE, space_for, state_of
@@ -40,7 +40,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     """
     if method.tableau is None:
         raise ValueError(f"method {method.name!r} has no tableau to march")
-    start, stages = time.perf_counter(), method.tableau.stages
+    start, stages = working_time(), method.tableau.stages
     plan = _plan(problem, options, method.name)
     space, space_arrays = space_for(problem, np.zeros(1))
     tableau, _ = tableau_for(method.tableau)
@@ -54,7 +54,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         time_limit=options.time_limit,
     )
     _save_if_new(march, arrays, state_of(space, space_arrays))
-    return _trajectory(march, arrays, status, stages, time.perf_counter() - start)
+    return _trajectory(march, arrays, status, stages, working_time() - start)
 
 
 @dataclass(frozen=True, eq=False)

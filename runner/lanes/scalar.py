@@ -1,12 +1,12 @@
 """Runs of a batch one by one, for methods and models that do not go in lanes; the results are laid out the same."""
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runner.compiling import working_time
 from runner.lanes.starts import table_of
 from runner.problem import Problem, Status, Trajectory
 from runner.result import outputs_of
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:
     """Integrate run after run, each as `simulate` does, into the arrays of the task."""
-    arrays, started = task.arrays, time.perf_counter()
+    arrays, started = task.arrays, working_time()
     for run in range(task.runs):
-        left = None if time_limit is None else time_limit - (time.perf_counter() - started)
+        left = None if time_limit is None else time_limit - (working_time() - started)
         if left is not None and left <= 0:
             arrays["status"][run:] = int(Status.TIME_LIMIT)
             return

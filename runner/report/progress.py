@@ -1,11 +1,14 @@
 """A progress bar that only appears where there is something to wait for."""
 
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from runner.compiling import when_compiling
 
 #: Seconds after which a run earns a bar.
 _PATIENCE = 1.0
@@ -44,3 +47,16 @@ def late_bar(what: str) -> Iterator[LateBar]:
         yield bar
     finally:
         bar.close()
+
+
+@contextmanager
+def compilation_told() -> Iterator[None]:
+    """Within a block, say so on the standard error where numba compiles: it takes from seconds to a minute."""
+
+    def tell() -> (
+        None
+    ):  # sys.stderr of that moment: a bar that is shown puts its own in place, and the line above itself
+        print("compiling, once for this model and method ...", file=sys.stderr, flush=True)
+
+    with when_compiling(tell):
+        yield

@@ -1,6 +1,5 @@
 """Sets up and drives the run of a stiff method, slice by slice."""
 
-import time
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -10,6 +9,7 @@ from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from runner.compiled import compiled
+from runner.compiling import working_time
 from runner.events.kinds import EventLog, names_of, watch_for
 from runner.events.search import WATCH
 from runner.memory import address, record
@@ -97,7 +97,7 @@ class Run:
         Raises ValueError for initial values that cannot be made consistent with the algebraic equations.
         """
         loop = compiled_loop(advance, self.control.dtype)
-        start, n = time.perf_counter(), int(self.space["n"])
+        start, n = working_time(), int(self.space["n"])
         t0, span = float(self.problem.t0), float(self.problem.t1) - float(self.problem.t0)
         most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
 
@@ -112,7 +112,7 @@ class Run:
             progress=self.options.progress,
             time_limit=self.options.time_limit,
         )
-        return self._trajectory(status, time.perf_counter() - start)
+        return self._trajectory(status, working_time() - start)
 
     def _make_consistent(self) -> bool:
         """Correct the algebraic states where a segment begins; False where that fails after the start."""
