@@ -22,6 +22,7 @@ class Status(IntEnum):
     TOO_MANY_STEPS = 6
     TIME_LIMIT = 7
     INTERRUPTED = 8  # Ctrl-C
+    NOT_STARTED = 9  # no static state to start from
 
 
 @dataclass(frozen=True)

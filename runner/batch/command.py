@@ -12,7 +12,7 @@ from runner.batch.results import Results
 from runner.batch.run import computed, opened, updated
 from runner.batch.store import Store, StoreError
 from runner.report.batch_progress import BatchProgress
-from runner.report.batch_tables import counts, extremes_table, failures_table, metrics_table, wide_console
+from runner.report.batch_tables import counts, extremes_table, failures_table, metrics_table, valueless, wide_console
 from runner.study.overrides import parsed
 
 #: What the shell sees of a process that Ctrl-C ended.
@@ -88,6 +88,8 @@ def _print(console: Console, results: Results) -> None:
     if results.metrics:
         console.print(metrics_table(results))
         console.print(extremes_table(results))
+        for line in valueless(results):
+            console.print(f"note: {line}", highlight=False, soft_wrap=True)
     if results.failures():
         console.print(failures_table(results))
 

@@ -84,7 +84,7 @@ class _Counter:
         self.runs += 1
         try:
             found = self._problem.residuals(self._lower + z * self._range)
-        except IntegrationError:
+        except (IntegrationError, ValueError):  # such as no static state: the start point had none of these
             return np.full(self._size, FAILED)
         return np.where(np.isfinite(found), found, FAILED)
 

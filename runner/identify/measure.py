@@ -14,7 +14,7 @@ Vector = NDArray[np.float64]
 def measured(solution: Solution, observation: Observation, times: Vector | None) -> Vector:
     """What the run says where the observation has its number (1,), or its curve at `times` (n,).
 
-    Raises ValueError for a quantity that the run does not have or a window without points.
+    Raises ValueError for a quantity that the run does not have, a window without points, or values that are no numbers.
     """
     if observation.quantity not in solution:
         raise ValueError(unknown("quantity", observation.quantity, solution.names))
@@ -24,9 +24,17 @@ def measured(solution: Solution, observation: Observation, times: Vector | None)
         wanted = times if times is not None else np.array([observation.at])
         if wanted.min() < t[0] or wanted.max() > t[-1]:
             raise ValueError(f"observed from {wanted.min():g} to {wanted.max():g} s, run from {t[0]:g} to {t[-1]:g} s")
+        _refuse_no_number(observation.quantity, t, y)
         return _smooth(t, y, wanted)
     inside = _window(t, observation)
+    _refuse_no_number(observation.quantity, t[inside], y[inside])
     return np.array([_MEASURES[observation.measure](t[inside], y[inside])])
+
+
+def _refuse_no_number(name: str, t: Vector, y: Vector) -> None:
+    bad = np.flatnonzero(~np.isfinite(y))
+    if bad.size:
+        raise ValueError(f"{name} is no finite number ({y[bad[0]]}) at {t[bad[0]]:g} s of the run")
 
 
 def _window(t: Vector, observation: Observation) -> slice:

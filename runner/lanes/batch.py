@@ -1,14 +1,14 @@
 """Many runs of one model by one call."""
 
-import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner.checks import unknown
+from runner.compiling import working_time
 from runner.exact.batch import propagate_batch
 from runner.lanes.kernel import lane_rhs
 from runner.lanes.scalar import run_one_by_one
@@ -29,7 +29,8 @@ class Batch:
     final (runs, n_states): the state at the end of the span, or the last good one of a run that failed. samples
     (runs, n_samples, n_names) at sample_times (runs, n_samples), NaN where a run did not get there; names: what stands
     in them. status (runs,): of `Status`, as integers. failed_at (runs,): time, NaN where nothing failed; failed_state:
-    index of the state that left first, or -1. steps, failed_attempts, evaluations (runs,). wall_time in s.
+    index of the state that left first, or -1. steps, failed_attempts, evaluations (runs,). wall_time in s,
+    without compiling. not_started: why a run has no static state to start from, by its number.
     in_lanes: whether the runs went in SIMD lanes; otherwise `reason` says why each went alone.
     """
 
@@ -46,6 +47,7 @@ class Batch:
     wall_time: float
     in_lanes: bool
     reason: str = ""
+    not_started: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def success(self) -> NDArray[np.bool_]:
@@ -79,21 +81,32 @@ def simulate_batch(
     t0 to t1 of each run, or times (n,) for all, at which `names` (states and outputs; all states by default) are
     stored: methods of constant step land there, the others interpolate. threads: as many as there are cores by default.
     options: those of `Options` that have to do with steps and tolerances. runs: where nothing else tells the number.
-    A run that fails stops alone; its status, time and state are in the result. Raises ValueError for anything given
-    wrongly, EquilibriumError naming the run that has no static state to start from.
+    A run that fails, or that has no static state to start from, fails alone; its status, time and state or its reason
+    are in the result. Raises ValueError for anything given wrongly, EquilibriumError where no run has a static state.
     """
-    started = time.perf_counter()
+    started = working_time()
     chosen = find_method(method)
     task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, samples, names)
     reason = _compute(task, threads, progress, time_limit)
+    _withdraw(task)
     return Batch(
         **{name: task.arrays[name] for name in _RESULTS},
         sample_times=task.arrays["times"],
         names=task.names,
-        wall_time=time.perf_counter() - started,
+        wall_time=working_time() - started,
         in_lanes=not reason,
         reason=reason,
+        not_started=task.not_started,
     )
+
+
+def _withdraw(task: Task) -> None:
+    """Let the results of the runs that had no initial state say so."""
+    rows = list(task.not_started)
+    for name, value in (("status", int(Status.NOT_STARTED)), ("failed_at", np.nan), ("failed_state", -1)):
+        task.arrays[name][rows] = value
+    for name in ("steps", "failed_attempts", "evaluations"):
+        task.arrays[name][rows] = 0
 
 
 _RESULTS = ("final", "samples", "status", "failed_at", "failed_state", "steps", "failed_attempts", "evaluations")

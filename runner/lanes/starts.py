@@ -99,11 +99,11 @@ def inputs_at(table: BatchTable, t: Floats) -> Floats:
     return u
 
 
-def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> Floats:
+def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> tuple[Floats, dict[int, str]]:
     """The static equilibria (runs, n_states) for constants c (runs, n_constants), with the inputs at t0 (runs,).
 
     Newton's method for all runs at once; runs it does not settle are searched for one by one, as in `equilibrium`.
-    Raises EquilibriumError naming the first run that has none.
+    A run that has none is a row of NaN, its reason under its number. Raises EquilibriumError where no run has one.
     """
     runs, n = len(c), len(model.coordinate_names)
     x, u = np.zeros((runs, 2 * n)), inputs_at(table, t0)
@@ -126,16 +126,15 @@ def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> Floats
             if settled.all():
                 break
             x[~settled, :n] -= (inverse @ (r[:, :, None] / scale))[~settled, :, 0]
-    for run in np.flatnonzero(~(settled & np.isfinite(x).all(axis=1))):
-        x[run] = _alone(model, c[run], table_of(table, int(run)), float(t0[run]), int(run))
-    return x
-
-
-def _alone(model: Model, c: Floats, table: InputTable, t0: float, run: int) -> Floats:
-    try:
-        return rest(model, c, table, t0)
-    except EquilibriumError as error:
-        raise EquilibriumError(f"run {run}: {error}") from None
+    reasons: dict[int, str] = {}
+    for run in map(int, np.flatnonzero(~(settled & np.isfinite(x).all(axis=1)))):
+        try:
+            x[run] = rest(model, c[run], table_of(table, run), float(t0[run]))
+        except EquilibriumError as error:
+            x[run], reasons[run] = np.nan, str(error)
+    if runs and len(reasons) == runs:
+        raise EquilibriumError(f"run 0: {reasons[0]}")
+    return x, reasons
 
 
 def table_of(table: BatchTable, run: int) -> InputTable:

@@ -32,7 +32,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A batch as its drivers take it: all arrays of all runs, C-contiguous, those of the results among them."""
+    """A batch as its drivers take it: all arrays of all runs, C-contiguous, those of the results among them.
+
+    not_started: why runs have no initial state, by number; theirs is NaN, so that the loops leave them at once.
+    """
 
     model: Model
     method: Method
@@ -41,6 +44,7 @@ class Task:
     inputs: BatchTable
     runs: int
     needs_outputs: bool
+    not_started: Mapping[int, str]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -109,7 +113,10 @@ def make_task(
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
     table = stack_runs(model.tables, inputs, count)
     n = len(model.state_names)
-    start = equilibria(model, constants, table, t0) if x0 is None else np.broadcast_to(x0, (count, n)).copy()
+    if x0 is None:
+        start, reasons = equilibria(model, constants, table, t0)
+    else:
+        start, reasons = np.broadcast_to(x0, (count, n)).copy(), dict[int, str]()
     times, columns = sample_rows(samples, t0, t1), wanted_columns(model, names)
     whole = {"status": 0, "failed_state": -1, "steps": 0, "failed_attempts": 0, "evaluations": 0}
     arrays: dict[str, NDArray[Any]] = {
@@ -126,4 +133,4 @@ def make_task(
         "failed_at": np.full(count, np.nan),
         **{name: np.full(count, value, dtype=np.int64) for name, value in whole.items()},
     }
-    return Task(model, method, options, arrays, table, count, bool((columns >= n).any()))
+    return Task(model, method, options, arrays, table, count, bool((columns >= n).any()), reasons)

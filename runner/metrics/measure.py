@@ -54,11 +54,13 @@ class Measure:
     meaning: str
 
     def __call__(self, samples: NDArray[np.float64]) -> float:
-        """The metric of one run, of its samples (n, n_quantities)."""
+        """The metric of one run, of its samples (n, n_quantities); NaN where one in its window is no finite number."""
         values = np.ascontiguousarray(samples[:, self.column])
         if self.change:
             values = values - values[0]
         p = np.concatenate([values[:1], self.p]) if self.static else self.p
+        if not (np.isfinite(values[self.first : self.stop]).all() and np.isfinite(p).all()):
+            return float("nan")
         return compiled_metric(self.kind)(values, self.first, self.stop, self.t0, self.interval, p)
 
 

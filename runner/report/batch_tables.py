@@ -36,6 +36,17 @@ def metrics_table(results: Results) -> Table:
     return table
 
 
+def valueless(results: Results) -> list[str]:
+    """A line for each metric that finished runs have no value of."""
+    lines = []
+    for name in results.metrics:
+        bad = results.finished[~np.isfinite(results.column(name)[results.finished])]
+        if bad.size:
+            runs = "1 finished run" if bad.size == 1 else f"{bad.size} finished runs"
+            lines.append(f"{name} has no value in {runs}, first in run {bad[0]}: a sample is no finite number")
+    return lines
+
+
 def extremes_table(results: Results) -> Table:
     """The settings of the runs that are the best or the worst in something."""
     table = plain_table("", "run", *results.axes)
