@@ -44,10 +44,7 @@ parameters = (
 
 
 def system() -> System:
-    """Four degrees of freedom about the static position, small pitch angles; nose-up pitch is positive.
-
-    The parameters are typical values of a small passenger car, of no particular one.
-    """
+    """Four degrees of freedom about the static position, small pitch angles; nose-up pitch is positive."""
     return System(
         name="half_car",
         title="Half car on a road, 4 degrees of freedom",

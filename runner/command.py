@@ -6,13 +6,14 @@ from pathlib import Path
 from rich.console import Console
 
 from runner.checks import unknown
+from runner.compiling import compiled_for
 from runner.equilibrium import EquilibriumError, equilibrium
 from runner.load import Model, available, load
 from runner.modes import ModesError, modes
 from runner.report.background import Drawing
 from runner.report.curves import Curves, curves
 from runner.report.progress import late_bar
-from runner.report.tables import methods, metrics, modal_table, model_tables, statistics, summary
+from runner.report.tables import methods, metrics, modal_table, model_tables, not_finite, statistics, summary
 from runner.solution import Solution
 from runner.study.library import SHIPPED, entries
 from runner.study.overrides import parsed
@@ -40,20 +41,23 @@ def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Seq
 def _write(study: Study, solution: Solution, path: Path, into: Path, drawing: Drawing | None) -> int:
     console = Console(emoji=False)
     title = study.title or path.stem
+    if not solution.success:
+        Console(stderr=True).print(f"[red]error:[/red] {solution.message}", highlight=False, soft_wrap=True)
+        title = f"{title} (partial: up to t = {solution.t[-1]:.6g} s)"
     data, picture = into / f"{path.stem}.nc", into / f"{path.stem}.png"
     if drawing is not None:
         drawing.begin(_curves(study, solution, path, title), picture)
     written = [solution.save(data)]
     console.print(f"[bold]{title}[/bold]")
-    console.print(statistics(solution), highlight=False)
+    console.print(statistics(solution, compiled_for()), highlight=False)
     console.print(summary(solution))
+    for line in not_finite(solution):
+        console.print(f"note: {line}", highlight=False, soft_wrap=True)
     if drawing is not None:
         drawing.finish()
         written.append(picture)
     for each in written:
         console.print(f"wrote {each}", highlight=False, soft_wrap=True)
-    if not solution.success:
-        Console(stderr=True).print(f"[red]error:[/red] {solution.message}", highlight=False, soft_wrap=True)
     return 0 if solution.success else 1
 
 

@@ -170,7 +170,8 @@ def _nonzero(scale: Vector) -> Vector:
 
 def _not_finite(model: Model, r: Vector, J: Vector, q: Vector) -> str:
     """What is not finite at rest at q."""
-    rows, what = ~np.isfinite(r), "acceleration"
+    rows: Any = ~np.isfinite(r)
+    what = "acceleration"
     if not rows.any():
         rows, what = ~np.isfinite(J).all(axis=1), "stiffness"
     names = [name for name, bad in zip(model.coordinate_names, rows, strict=True) if bad]

@@ -1,6 +1,6 @@
 """From a trajectory to a solution: outputs and inputs at the saved points, the message, the metadata."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,6 +25,7 @@ ADVICE = {
     Status.TOO_MANY_STEPS: "try a larger max_steps, looser tolerances or a stiff method",
     Status.TIME_LIMIT: "try a larger time_limit, a larger step or looser tolerances",
     Status.INTERRUPTED: "the solution holds what was computed until then",
+    Status.NOT_STARTED: "give the initial state",
 }
 WHAT = {
     Status.FINISHED: "finished",
@@ -35,6 +36,7 @@ WHAT = {
     Status.TOO_MANY_STEPS: "took more steps than max_steps",
     Status.TIME_LIMIT: "reached its wall-clock limit",
     Status.INTERRUPTED: "was interrupted",
+    Status.NOT_STARTED: "has no static state to start from",
 }
 
 
@@ -48,7 +50,10 @@ class IntegrationError(RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What is simulated, for the solution: its name, quantities, outputs kernel, parameters, headlines."""
+    """What is simulated, for the solution: its name, quantities, outputs kernel, parameters, headlines.
+
+    diagnose: says why a run that failed could not go on, "" where it does not know; None where nobody can tell.
+    """
 
     name: str
     states: tuple[Quantity, ...]
@@ -57,6 +62,7 @@ class Subject:
     output_kernel: Any = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    diagnose: Callable[[Problem, Trajectory], str] | None = None
 
 
 def as_solution(
@@ -71,7 +77,7 @@ def as_solution(
         n_states=len(subject.states),
         n_outputs=len(subject.outputs),
         status=trajectory.status,
-        message=_message(subject, method, options, trajectory),
+        message=_message(subject, problem, method, options, trajectory),
         statistics=trajectory.statistics,
         metadata=_metadata(subject, method, options),
         failed_at=trajectory.failed_at,
@@ -106,7 +112,7 @@ def fill(outputs, t, x, u, c, y):
         call_kernel(outputs, t[i], x[i], u[i], c, y[i])
 
 
-def _message(subject: Subject, method: Method, options: Options, trajectory: Trajectory) -> str:
+def _message(subject: Subject, problem: Problem, method: Method, options: Options, trajectory: Trajectory) -> str:
     """How the run ended; for a failure also when, which state, its last value, and what to try."""
     status = trajectory.status
     if status in (Status.FINISHED, Status.TERMINATED):
@@ -119,7 +125,7 @@ def _message(subject: Subject, method: Method, options: Options, trajectory: Tra
         last = trajectory.states[-1, trajectory.failed_state]
         message += f": {state.name} left first, from {last:.6g} {state.unit}".rstrip()
         message += f" at t = {trajectory.t[-1]:.9g} s"
-    return f"{message}; {ADVICE[status]}"
+    return f"{message}; {(subject.diagnose and subject.diagnose(problem, trajectory)) or ADVICE[status]}"
 
 
 def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner.checks import finite, finite_state, unknown
+from runner.diagnosis import diagnosis
 from runner.equilibrium import Guess, rest
 from runner.events.kinds import OutputCrossing, StateCrossing
 from runner.inputs.bind import as_signal, bind
@@ -137,6 +139,7 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
             "outputs": tuple(output.name for output in tables.outputs),
             "inputs": tuple(channel.name for channel in tables.inputs if not channel.rate_of),
         },
+        diagnose=partial(diagnosis, model),
     )
 
 

@@ -115,9 +115,17 @@ class Solution:
 
     @property
     def attributes(self) -> dict[str, str | float]:
-        """Everything beside the columns, for files: metadata, how the run ended, statistics."""
+        """Everything beside the columns, for files: metadata, how the run ended, statistics.
+
+        A run that did not reach its end has also partial = "yes" and, where a state left, failed_at (s), failed_state.
+        """
         counts = {name: float(value) for name, value in asdict(self.statistics).items()}
-        return {**self.metadata, "status": self.status.name, "message": self.message, **counts}
+        ended: dict[str, str | float] = {"status": self.status.name, "message": self.message}
+        if not self.success:
+            ended["partial"] = "yes"
+            ended |= {"failed_at": float(self.failed_at)} if np.isfinite(self.failed_at) else {}
+            ended |= {"failed_state": self.failed_state} if self.failed_state else {}
+        return {**self.metadata, **ended, **counts}
 
     def to_xarray(self) -> "xarray.Dataset":
         """The run as a data set: one variable (time,) for each quantity, with the attributes units and long_name."""

@@ -15,7 +15,6 @@ from runner.paper.drive import Drive, drive
 from runner.paper.firing import Firing, firing
 from runner.paper.phase import Phase, phase
 from runner.paper.schema import Paper
-from runner.paper.studies import Studies
 from runner.paper.verification import BEST, Verification, verify
 
 #: Makes what shows the progress of a section of this name.
@@ -27,7 +26,7 @@ class Reproduction:
     """What was computed, section by section, and the claims."""
 
     paper: Paper
-    studies: Studies
+    folder: Path
     verification: Verification
     cost: Cost
     firing: Firing
@@ -37,23 +36,22 @@ class Reproduction:
     claims: tuple[Judged, ...]
 
 
-def reproduce(path: Path, bar: Bar, parameter_set: str | None = None) -> Reproduction:
-    """Compute everything that `path`, a paper.toml, asks for; parameter_set: in place of that of all its studies."""
-    paper, studies = read(path), Studies(path.parent, parameter_set)
-    studies.case(paper.cost.study)  # refuses an unknown parameter set before anything is computed
+def reproduce(path: Path, bar: Bar) -> Reproduction:
+    """Compute everything that `path`, a paper.toml, asks for."""
+    paper, folder = read(path), path.parent
     verification = verify()
     with bar("3.2 cost") as progress:
-        costs = cost(paper.cost, studies, progress)
+        costs = cost(paper.cost, folder, progress)
     with bar("3.2 firing") as progress:
-        fired = firing(paper.firing, studies, progress)
+        fired = firing(paper.firing, folder, progress)
     with bar("4 driving") as progress:
-        driven = drive(paper.drive, studies, progress)
-    rough = phase(paper.phase, studies)
-    numbers = dict(_verified(verification)) | dict(_periods(studies.vehicle(paper.firing.study)))
+        driven = drive(paper.drive, folder, progress)
+    rough = phase(paper.phase, folder)
+    numbers = dict(_verified(verification)) | dict(_periods())
     for section in (costs, fired, driven, rough):
         numbers |= section.numbers()
-    claims = judge(paper, studies, numbers)
-    return Reproduction(paper, studies, verification, costs, fired, driven, rough, numbers, claims)
+    claims = judge(paper, folder, numbers)
+    return Reproduction(paper, folder, verification, costs, fired, driven, rough, numbers, claims)
 
 
 def _verified(verification: Verification) -> Iterator[tuple[str, float]]:
@@ -67,11 +65,10 @@ def _verified(verification: Verification) -> Iterator[tuple[str, float]]:
     yield "verification.euler_growth", float((peaks[1:] / peaks[:-1]).min())
 
 
-def _periods(vehicle: str | None) -> Iterator[tuple[str, float]]:
-    """Periods, s, of all parameter sets by name, and once more of that which the studies run with."""
+def _periods() -> Iterator[tuple[str, float]]:
     model = load("m113")
-    for name, chosen in [*((name, name) for name in model.tables.parameter_sets), ("vehicle", vehicle)]:
-        periods = [mode.damped_period for mode in modes(model, chosen) if np.isfinite(mode.damped_period)]
+    for name in model.tables.parameter_sets:
+        periods = [mode.damped_period for mode in modes(model, name) if np.isfinite(mode.damped_period)]
         for k, period in enumerate(sorted(periods, reverse=True), start=1):
             yield f"modes.{name}.period_{k}", period
             yield f"modes.{name}.half_period_{k}", 0.5 * period

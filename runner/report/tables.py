@@ -30,23 +30,40 @@ def headlines(solution: Solution) -> dict[str, tuple[str, ...]]:
 
 
 def summary(solution: Solution) -> Table:
-    """Extremes of every coordinate, output and moving input, and when they occur."""
+    """Extremes of every coordinate, output and moving input, and when they occur; without values that are no number."""
     table = plain_table("", "quantity", "unit", "start", "least", "at s", "greatest", "at s", numbers=5)
     for name in (name for names in headlines(solution).values() for name in names):
         values = solution[name]
-        low, high = int(np.argmin(values)), int(np.argmax(values))
-        numbers = (values[0], values[low], solution.t[low], values[high], solution.t[high])
+        known = np.isfinite(values)
+        low = int(np.argmin(np.where(known, values, np.inf)))
+        high = int(np.argmax(np.where(known, values, -np.inf)))
+        nothing = (np.nan,) * 4
+        ends = (values[low], solution.t[low], values[high], solution.t[high]) if known.any() else nothing
+        numbers = (values[0], *ends)
         table.add_row(name, solution.quantity(name).unit, *(f"{number:.4g}" for number in numbers))
     return table
 
 
-def statistics(solution: Solution) -> str:
-    """One line: method, points, steps, evaluations, time."""
+def not_finite(solution: Solution) -> list[str]:
+    """A line for each quantity that is no finite number somewhere: how often, and where first."""
+    lines = []
+    for name in solution.names:
+        bad = np.flatnonzero(~np.isfinite(solution[name]))
+        if bad.size:
+            value, t = solution[name][bad[0]], solution.t[bad[0]]
+            lines.append(
+                f"{name} is no finite number at {bad.size} of {len(solution.t)} points, first {value} at {t:g} s"
+            )
+    return lines
+
+
+def statistics(solution: Solution, compiled_for: float = 0.0) -> str:
+    """One line: method, points, steps, evaluations, time; and the seconds that were spent compiling before."""
     counts = solution.statistics
     parts = [f"{solution.metadata.get('method', '')}: {counts.steps} steps"]
     parts += [f"{counts.failed_attempts} failed attempts"] if counts.failed_attempts else []
     parts += [f"{counts.evaluations} evaluations", f"{len(solution.t)} points", f"{counts.wall_time * 1e3:.1f} ms"]
-    return ", ".join(parts)
+    return ", ".join(parts) + (f"; compiled once in {compiled_for:.1f} s" if compiled_for else "")
 
 
 def methods() -> Table:
