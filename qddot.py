@@ -271,6 +271,7 @@ _COMMANDS = {
         "Compute the M113 paper again and judge its claims; exits with 1 where one is no longer met.",
         (
             _argument("--claims", dest="path", metavar="PATH", type=Path, default=_PAPER, help="Settings and claims."),
+            _argument("--parameters", metavar="SET", help="Parameter set of the M113 in place of the paper's."),
             _path("--into", "Folder for the figures and the claims", "results/paper"),
             _JSON,
         ),

@@ -44,7 +44,10 @@ parameters = (
 
 
 def system() -> System:
-    """Four degrees of freedom about the static position, small pitch angles; nose-up pitch is positive."""
+    """Four degrees of freedom about the static position, small pitch angles; nose-up pitch is positive.
+
+    The parameters are typical values of a small passenger car, of no particular one.
+    """
     return System(
         name="half_car",
         title="Half car on a road, 4 degrees of freedom",

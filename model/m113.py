@@ -68,12 +68,28 @@ parameters = (
     Parameter(l_b, 3.0, "m", "barrel end ahead of the centre of mass (assumed, not in the paper)"),
     Parameter(g, 9.81, "m/s^2", "acceleration of gravity"),
 )
-stiffnesses = {"as_run": 2.15e6, "as_printed": 2.15e7}
+
+# Further sets: the paper's vehicle, its tyres as run, on the suspension of a public model of the M113, Project Chrono's
+# (data/vehicle/M113/suspension/M113_TranslationalDamperSuspension_Left.json, which its README there traces to M. Wallin
+# and others, Nonlinear Dyn. 74 (2013) 783, and M. F. R. Afonso, master's thesis, Concordia University, Montreal, 1989).
+# A torsion bar of 2.5e4 N m/rad with 500 N m s/rad turns each of ten road arms; the wheel is 0.288 m beside the pivot.
+# Linear about there: 3.0e5 N/m and 6.0e3 N s/m a wheel. An axle has two wheels; damped are the paper's two axles.
+BAR_STIFFNESS, BAR_DAMPING, LEVER, WHEELS = 2.5e4, 500.0, 0.288, 2
+public = {
+    **{k[i]: 2.15e6 for i in AXLES},
+    **{k[i + 5]: WHEELS * BAR_STIFFNESS / LEVER**2 for i in AXLES},
+    **{c: WHEELS * BAR_DAMPING / LEVER**2 for c in (c_6, c_10)},
+}
+suspensions = {
+    "as_run": {k[i]: 2.15e6 for i in AXLES},
+    "as_printed": {k[i]: 2.15e7 for i in AXLES},
+    "public": public,
+}
 loads = {"unloaded": {}, "loaded": {m[6]: 11360.0, I_6: 24600.0, l_1: 2.45}}
 
 
 def system() -> System:
-    """The paper's model, with its four parameter sets: unloaded and loaded, stiffness as run and as printed."""
+    """The paper's model, unloaded and loaded: tyres as run or as printed, or as run with a public suspension."""
     return System(
         name="m113",
         title="M113 carrier on rough ground under gun recoil, 7 degrees of freedom",
@@ -94,8 +110,8 @@ def system() -> System:
         outputs=outputs,
         parameters=parameters,
         parameter_sets={
-            f"{stiffness}_{load}": {**{k[i]: value for i in AXLES}, **changed}
-            for stiffness, value in stiffnesses.items()
+            f"{suspension}_{load}": {**values, **changed}
+            for suspension, values in suspensions.items()
             for load, changed in loads.items()
         },
     )

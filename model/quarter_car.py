@@ -8,7 +8,7 @@ from model.system import Coordinate, Input, Output, Parameter, Quantity, System
 def system() -> System:
     """Two degrees of freedom about the static position; gravity is balanced by the springs' static load.
 
-    Parameters of a mid-size passenger car as in Wong, Theory of Ground Vehicles, section 7.
+    The parameters are typical values of a mid-size passenger car, of no particular one.
     """
     z_s, z_u, z_r, m_s, m_u, k_s, k_t, c_s, delta_s = symbols("z_s z_u z_r m_s m_u k_s k_t c_s delta_s")
     zdot_s, zdot_u, deltadot_s = symbols("zdot_s zdot_u deltadot_s")

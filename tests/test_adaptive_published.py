@@ -1,15 +1,37 @@
 import numpy as np
 import pytest
 from adaptive_runs import axle, circle, plain, run
+from numba import njit
 from published_ode45 import solve
 from scipy.integrate import RK23, RK45
 from scipy.integrate._ivp.rk import rk_step
 
 from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
+from runner.abi import VECTOR_KERNEL
 
 M2, K, GRAVITY = 120.0, 2.15e6 + 6.5e4, 9.81
 AXLE = (K / M2, GRAVITY)
 SCIPY = {"ode23": RK23, "ode45": RK45}
+
+
+@njit(VECTOR_KERNEL)
+def ramp(t, x, u, c, dx):
+    """x' = -2 x + t."""
+    dx[0] = -2.0 * x[0] + t
+
+
+@njit(VECTOR_KERNEL)
+def epidemic(t, x, u, c, dx):
+    """The susceptible, the infected, the recovered."""
+    dx[0] = -0.01 * x[0] * x[1]
+    dx[1] = 0.1 * x[0] * x[1] - 0.1 * x[1]
+    dx[2] = 0.1 * x[1]
+
+
+@njit(VECTOR_KERNEL)
+def growth(t, x, u, c, dx):
+    """x' = x."""
+    dx[0] = x[0]
 
 
 def axle_displacement(t):
@@ -25,6 +47,28 @@ def test_the_papers_iteration_counts(method, points, steps, error):
     assert len(trajectory.t) == points
     assert trajectory.statistics.steps == steps
     assert np.abs(trajectory.states[:, 0] - axle_displacement(trajectory.t)).max() == pytest.approx(error, rel=2e-3)
+
+
+FIFTHS = {"rtol": 1e-10, "atol": 1e-10, "output_times": np.linspace(0.0, 1.0, 6)}
+
+
+@pytest.mark.parametrize(
+    ("kernel", "span", "x0", "method", "options", "printed"),
+    [
+        (ramp, (0, 10), (0,), "ode45", {}, (14, 2, 97, 57)),
+        (epidemic, (0, 5), (1, 2, 3), "ode45", {}, (None, None, 61, 41)),
+        (growth, (0, 1), (1,), "ode45", FIFTHS, (31, 0, 187, 6)),
+        (growth, (0, 1), (1,), "ode23", FIFTHS, (742, 0, 2227, 6)),
+    ],
+)
+def test_counts_are_those_that_matlab_prints(kernel, span, x0, method, options, printed):
+    """Steps, failed attempts, evaluations (its Stats) and points; None where only the others are printed."""
+    trajectory = run(kernel, span, x0, method, **options)
+    counts = trajectory.statistics
+    found = (counts.steps, counts.failed_attempts, counts.evaluations, len(trajectory.t))
+    assert tuple(own for own, theirs in zip(found, printed, strict=True) if theirs is not None) == tuple(
+        theirs for theirs in printed if theirs is not None
+    )
 
 
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-5, 1e-8])

@@ -22,7 +22,7 @@ from runner.paper.phase import phase
 from runner.paper.reproduce import reproduce
 from runner.paper.schema import Claim
 from runner.paper.section_figures import draw_all
-from runner.paper.studies import case
+from runner.paper.studies import Studies, case
 from runner.study.read import StudyError
 
 ROOT = Path(__file__).parent.parent
@@ -93,7 +93,7 @@ def test_slips_in_the_claims_are_named(tmp_path, old, new, message):
     (tmp_path / "paper.toml").write_text(PAPER.read_text().replace(old, new, 1))
     with pytest.raises(StudyError) as refused:
         given = read(tmp_path / "paper.toml")
-        judge(given, PAPER.parent, {"verification.points.ODE23": 525.0})
+        judge(given, Studies(PAPER.parent), {"verification.points.ODE23": 525.0})
     assert message in str(refused.value)
 
 
@@ -136,7 +136,7 @@ def test_displacements_agree_with_scipy(found):
 def test_the_step_found_is_the_largest_that_is_accurate_enough(found):
     """Heun's method multiplies a linear state by 1 + hA + (hA)^2/2 a step: iterated here by itself."""
     step = found.numbers["cost.step_needed.heun"]
-    given = case(found.folder / "standing.toml")
+    given = case(found.studies.folder / "standing.toml")
     exact = given.run("exact", {"output_times": [1.648, 2.356]})
 
     def error(h):
@@ -153,14 +153,14 @@ def test_the_exact_reference_is_the_matrix_exponential(found):
     n = len(model.state_names)
     A, B = np.zeros((n, n)), np.zeros((n, len(model.tables.inputs) + 1))
     model.kernel("linear")(model.constants(model.parameter_values("as_run_unloaded")), A, B)
-    run = case(found.folder / "standing.toml").run("exact", {"output_times": [0.5, 1.648, 2.356]})
+    run = case(found.studies.folder / "standing.toml").run("exact", {"output_times": [0.5, 1.648, 2.356]})
     x = {t: run.states[run.t == t][0] for t in (0.5, 1.648, 2.356)}
     assert x[2.356] - x[0.5] == pytest.approx(expm(A * 0.708) @ (x[1.648] - x[0.5]), rel=1e-8, abs=1e-12)
 
 
 def test_shots_added_to_the_ride_are_the_ride_with_shots(found):
     settings = found.paper.drive
-    field = _Field(settings, found.folder / settings.study)
+    field = _Field(settings, found.studies)
     _, _, heave = field.ride(3, 20.0)
     direct = field._case(3, 20.0, [1.5, 3.35]).run("exact", field._saved(20.0))
     assert heave + field.shots(20.0)[2] == pytest.approx(direct["heave"] - direct["heave"][0], abs=1e-10)
@@ -168,10 +168,10 @@ def test_shots_added_to_the_ride_are_the_ride_with_shots(found):
 
 def test_a_swing_of_the_map_is_that_of_a_run(found):
     settings = found.paper.phase
-    mapped = phase(settings, found.folder)
+    mapped = phase(settings, found.studies)
     i, j = 7, 11
     times = [mapped.first[i], mapped.first[i] + mapped.intervals[j]]
-    given = case(found.folder / settings.study, {**settings.set, "inputs.F.times": times})
+    given = case(found.studies.folder / settings.study, {**settings.set, "inputs.F.times": times})
     run = given.run("exact", {"output_times": np.arange(times[1], times[1] + settings.after, 0.01)})
     fired = np.abs(run["heave"] - run["heave"][0])[(run.t >= times[1] - 1e-9) & (run.t < times[1] + settings.after)]
     assert mapped.swings[i, j] == pytest.approx(fired.max(), rel=2e-3)
@@ -183,7 +183,7 @@ def test_bursts_are_no_better_than_equal_intervals_can_be(found):
     assert burst.quantity == "heave"
     assert burst.best_swing < burst.worst_swing
     for interval in (0.6, 1.07, 1.85, 2.02, 2.73):
-        given = case(found.folder / "standing.toml", {"inputs.F.times": [1.0, 1.0 + interval]})
+        given = case(found.studies.folder / "standing.toml", {"inputs.F.times": [1.0, 1.0 + interval]})
         run = given.run("exact", {"step": 0.01}, None, (0.0, 5.0 + interval))
         swing = np.abs(run["heave"] - run["heave"][0])[run.t >= 1.0 + interval].max()
         assert burst.best_swing <= swing * 1.001
@@ -192,7 +192,7 @@ def test_bursts_are_no_better_than_equal_intervals_can_be(found):
 
 def test_the_crews_dose_is_the_weighted_accelerations_fourth_power(found):
     """The weighting in the frequency domain, as ISO 2631-1 defines it, instead of by a digital filter."""
-    run = case(found.folder / "standing.toml").run("exact", {"step": STEP}, None, (0.0, 5.0))
+    run = case(found.studies.folder / "standing.toml").run("exact", {"step": STEP}, None, (0.0, 5.0))
     t = np.arange(0.0, 5.0, STEP)
     a = np.interp(t, run.t, run["heave_acceleration"])
     f = np.fft.rfftfreq(2 * len(t), STEP)
@@ -213,10 +213,10 @@ def test_the_command_exits_with_1_where_a_claim_no_longer_holds(tmp_path, monkey
     path = smaller(tmp_path)
     path.write_text(path.read_text().replace("value = 637", "value = 638"))
     given = read(path)
-    again = judge(given, tmp_path, found.numbers)
+    again = judge(given, Studies(tmp_path), found.numbers)
     assert [each.name for each in again if each.worse and not each.claim.where.startswith("4")] == ["points_ode45"]
     broken = type(found)(**{**vars(found), "claims": again, "paper": given})
-    monkeypatch.setattr("runner.paper.command.reproduce", lambda path, bar: broken)
+    monkeypatch.setattr("runner.paper.command.reproduce", lambda path, bar, parameters: broken)
     assert paper(path, tmp_path / "out", as_json=False) == 1
     assert "worse than when last looked at" in capsys.readouterr().out
     said = json.loads((tmp_path / "out" / "claims.json").read_text())

@@ -2,8 +2,9 @@
 
 Coefficients: J. H. Verner, Numerically optimal Runge-Kutta pairs with interpolants, Numer. Algorithms 53 (2010)
 383-396; the "most efficient" pair of order 7(6) of his collection, to double precision. The interpolant is meant to be
-of order 7; as published (one weight is given to nine digits) it meets twelve conditions of order 7 only to 1.3e-4, so
-it is entered as order 6, which all the other conditions prove. Stages are counted from 0.
+of order 7; as published it meets twelve conditions of order 7 only to 1.3e-4, so it is entered as order 6, whose
+conditions it meets to 3e-12. That is no rounding: the weight of stage 10 in stage 11 is -0.0160443457 exactly, so in
+Verner's own table, and with it the conditions of order 6 hold. Stages are counted from 0.
 """
 
 import numpy as np

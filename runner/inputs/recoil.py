@@ -9,7 +9,8 @@ from runner.inputs.signal import START, Signal
 from runner.inputs.tables import table_at
 
 #: Mean velocity of the powder gases that leave the muzzle, as a multiple of the muzzle velocity: SAAMI, Gun Recoil
-#: Formulae, for high-powered rifles.
+#: Formulae (2018), for high-powered rifles fired from the shoulder. It says nothing of cannon: a cannon's own factor
+#: has to be given, or its charge left out, as for the paper's 30 mm gun (studies/library/guns.toml).
 GAS_VELOCITY_FACTOR = 1.75
 
 #: Most shots of a schedule.
@@ -26,7 +27,8 @@ def recoil_impulse(
 ) -> float:
     """Impulse of one shot, N s: shell mass (kg) * muzzle velocity (m/s) + charge mass (kg) * factor * muzzle velocity.
 
-    Without a charge mass it is the shell's momentum alone, which is too small by the gases' share.
+    Without a charge mass it is the shell's momentum alone, which is too small by the gases' share. The factor's default
+    is that of shoulder rifles (SAAMI); of a cannon, give its own.
     Raises ValueError naming the number that is not positive.
     """
     given = {"shell_mass": shell_mass, "muzzle_velocity": muzzle_velocity, "gas_velocity_factor": gas_velocity_factor}

@@ -127,10 +127,10 @@ def moment(samples, first, stop, p, power):
 
 
 def weighted_rms(samples, first, stop, t0, h, p):
-    """Frequency-weighted r.m.s. acceleration (ISO 2631-1, equation 1)."""
+    """Frequency-weighted r.m.s. acceleration (ISO 2631-1:1997, equation 1)."""
     return np.sqrt(moment(samples, first, stop, p, 2))
 
 
 def vibration_dose(samples, first, stop, t0, h, p):
-    """Vibration dose value VDV, the fourth root of the integral of the weighted acceleration's fourth power (eq. 4)."""
+    """Vibration dose value VDV, the fourth root of the integral of the weighted acceleration's fourth power (eq. 5)."""
     return (h * (stop - 1 - first) * moment(samples, first, stop, p, 4)) ** 0.25

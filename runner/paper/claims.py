@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from runner.checks import unknown
 from runner.paper.schema import Claim, Paper, Verdict
-from runner.paper.studies import number
+from runner.paper.studies import Studies
 from runner.study.read import StudyError, place
 
 
@@ -49,12 +49,12 @@ def read(path: Path) -> Paper:
         raise StudyError("\n".join(rows)) from None
 
 
-def judge(paper: Paper, folder: Path, numbers: Mapping[str, float]) -> tuple[Judged, ...]:
+def judge(paper: Paper, studies: Studies, numbers: Mapping[str, float]) -> tuple[Judged, ...]:
     """Every claim, judged. numbers: what the sections computed, by name; StudyError for one that is missing."""
     found = []
     for name, claim in paper.claims.items():
         if claim.run is not None:
-            computed = number(folder, claim.run)
+            computed = studies.number(claim.run)
         elif claim.number is not None and claim.number in numbers:
             computed = numbers[claim.number]
         else:

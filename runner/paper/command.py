@@ -9,7 +9,7 @@ from rich.table import Table
 
 from runner.files import written_aside
 from runner.paper.reproduce import Reproduction, reproduce
-from runner.paper.tables import cheapest_table, claims_table, notes, records, speeds_table
+from runner.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
 from runner.paper.verification import Verification, verify
 from runner.report.pdf import BROWSERS, browser, print_page
 from runner.report.progress import late_bar
@@ -73,18 +73,30 @@ def _records(each: Verification) -> list[dict[str, Any]]:
     ]
 
 
-def paper(path: Path, into: Path, as_json: bool) -> int:
-    """Compute the whole paper; 1 where a claim that was met when last looked at is no longer met."""
-    found = reproduce(path, late_bar)
-    status = 1 if any(each.worse for each in found.claims) else 0
-    said = {"title": found.paper.title, "claims": records(found.claims), "numbers": found.numbers}
+def paper(path: Path, into: Path, as_json: bool, parameters: str | None = None) -> int:
+    """Compute the whole paper; 1 where a claim that was met when last looked at is no longer met.
+
+    parameters: a parameter set in place of the paper's; what is written goes to a folder of its name, and every verdict
+    is as good as any other.
+    """
+    found = reproduce(path, late_bar, parameters)
+    status = 1 if parameters is None and any(each.worse for each in found.claims) else 0
+    into = into if parameters is None else into / parameters
+    said = {
+        "title": found.paper.title,
+        "parameter_set": parameters,
+        "claims": records(found.claims),
+        "numbers": found.numbers,
+    }
     if as_json:
         print(json.dumps(said, indent=1))
         return status
-    data = into / "claims.json"
-    with written_aside(data) as aside:
-        aside.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
-    _tell(found, [data], into)
+    page = claims_page(found.claims, parameters)
+    written = [into / "claims.json", into / "claims.md"]
+    for file, text in zip(written, (json.dumps(said, indent=1) + "\n", page), strict=True):
+        with written_aside(file) as aside:
+            aside.write_text(text, encoding="utf-8")
+    _tell(found, written, into)
     return status
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from runner.methods import METHODS
 from runner.paper.schema import CostCase, CostSettings
-from runner.paper.studies import Case, case
+from runner.paper.studies import Case, Studies
 from runner.simulate import IntegrationError
 from runner.solution import Solution
 
@@ -67,9 +66,9 @@ class Cost:
         return found
 
 
-def cost(settings: CostSettings, folder: Path, progress: Callable[[float], None] | None = None) -> Cost:
+def cost(settings: CostSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Cost:
     """Measure the paper's cases and look for the cheapest setting of every method."""
-    given = case(folder / settings.study)
+    given = studies.case(settings.study)
     judge = _Judge(given, settings)
     paper = tuple(judge.row(name, each.method, each.options) for name, each in settings.paper.items())
     names = [name for name in METHODS if name not in ("exact", "euler")]

@@ -5,13 +5,12 @@ The model is linear, so what shots add is the same on every road: it is computed
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from runner.paper.schema import DriveSettings
-from runner.paper.studies import Case, case
+from runner.paper.studies import Case, Studies
 from runner.study.read import StudyError
 
 Vector = NDArray[np.float64]
@@ -67,9 +66,9 @@ class Drive:
         return found
 
 
-def drive(settings: DriveSettings, folder: Path, progress: Callable[[float], None] | None = None) -> Drive:
+def drive(settings: DriveSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Drive:
     """Drive over `roads` random roads at every speed. Raises StudyError where the model is not linear."""
-    field = _Field(settings, folder / settings.study)
+    field = _Field(settings, studies)
     speeds = sorted({*settings.speeds, *settings.more_speeds})
     shot = {speed: field.shots(speed) for speed in speeds}
     table = np.zeros((settings.roads, len(speeds)))
@@ -95,10 +94,10 @@ def drive(settings: DriveSettings, folder: Path, progress: Callable[[float], Non
 class _Field:
     """The study's vehicle over a stretch of the field: every speed covers the same distance."""
 
-    def __init__(self, settings: DriveSettings, study: Path) -> None:
-        self._settings, self._study = settings, study
-        if not case(study).model.tables.linear:
-            raise StudyError(f"{study}: shots are added to the ride, which needs a linear model")
+    def __init__(self, settings: DriveSettings, studies: Studies) -> None:
+        self._settings, self._studies = settings, studies
+        if not studies.case(settings.study).model.tables.linear:
+            raise StudyError(f"{studies.path(settings.study)}: shots are added to the ride, which needs a linear model")
 
     def ride(self, seed: int, speed: float) -> tuple[Vector, Vector, Vector]:
         """Times (n,), road height under the middle axle and change of heave (n,), without shots."""
@@ -121,7 +120,7 @@ class _Field:
     def _case(self, seed: int, speed: float, times: Sequence[float] = ()) -> Case:
         span = [0.0, self._settings.distance / (speed * KMH)]
         changes = {"road.seed": seed, "road.speed": speed * KMH, "span": span}
-        return case(self._study, changes | ({"inputs.F.times": list(times)} if times else {}))
+        return self._studies.case(self._settings.study, changes | ({"inputs.F.times": list(times)} if times else {}))
 
     def _saved(self, speed: float) -> dict[str, Vector]:
         """Points at equal distances along the field, the same for every run at this speed."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +11,13 @@ from scipy.optimize import differential_evolution
 from runner.inputs.shapes import pulse_train
 from runner.metrics.weighting import digital, vibration_dose
 from runner.paper.schema import FiringSettings
-from runner.paper.studies import Case, case
+from runner.paper.studies import Case, Studies
 from runner.solution import Solution
 from runner.study.read import StudyError, read
 
 Vector = NDArray[np.float64]
 
-#: What stands for the crew's comfort: the vibration dose value (ISO 2631-1:1997, equation 4, for shocks) of the heave
+#: What stands for the crew's comfort: the vibration dose value (ISO 2631-1:1997, equation 5, for shocks) of the heave
 #: acceleration, weighted by Wk, over the whole run, m/s^1.75; and the interval between its samples, s, which Wk needs.
 DOSE, STEP = "vibration_dose", 0.0018
 
@@ -84,9 +83,9 @@ class Firing:
         return found
 
 
-def firing(settings: FiringSettings, folder: Path, progress: Callable[[float], None] | None = None) -> Firing:
+def firing(settings: FiringSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Firing:
     """Measure the series and search for the schedules."""
-    gun = _Gun(settings, folder / settings.study)
+    gun = _Gun(settings, studies)
     intervals = np.linspace(settings.shortest, settings.longest, settings.points)
     jobs = len(settings.series) + len(settings.quantities)
     series, bursts = [], []
@@ -120,9 +119,10 @@ def _comfort(settings: FiringSettings, gun: "_Gun") -> dict[str, float]:
 class _Gun:
     """The study's vehicle with its gun, fired at any times; the swing is the largest change after the last shot."""
 
-    def __init__(self, settings: FiringSettings, study: Path) -> None:
+    def __init__(self, settings: FiringSettings, studies: Studies) -> None:
         self._settings = settings
-        self._case: Case = case(study)
+        self._case: Case = studies.case(settings.study)
+        study = studies.path(settings.study)
         pulse = read(study).inputs.get("F")
         if pulse is None or pulse.kind != "pulse_train":
             raise StudyError(f"{study}: inputs.F: expected a pulse_train, which is the gun")

@@ -4,13 +4,12 @@ The model is linear: the ride and the answer to one shot are computed once, and 
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from runner.paper.schema import PhaseSettings
-from runner.paper.studies import case
+from runner.paper.studies import Studies
 from runner.study.read import StudyError
 
 Vector = NDArray[np.float64]
@@ -47,18 +46,18 @@ class Phase:
         return found
 
 
-def phase(settings: PhaseSettings, folder: Path) -> Phase:
+def phase(settings: PhaseSettings, studies: Studies) -> Phase:
     """The map of swings. Raises StudyError where the model is not linear or the study is too short for the shots."""
-    path = folder / settings.study
     longest = settings.first[1] + settings.intervals[1] + settings.after
-    given = case(path, {**settings.set, "span": [0.0, longest + 2 * settings.step]})
+    given = studies.case(settings.study, {**settings.set, "span": [0.0, longest + 2 * settings.step]})
     if not given.model.tables.linear:
-        raise StudyError(f"{path}: shots are added to the ride, which needs a linear model")
+        raise StudyError(f"{studies.path(settings.study)}: shots are added to the ride, which needs a linear model")
     t = np.arange(0.0, longest + settings.step, settings.step)
     saved = {"output_times": t}
     rough = given.run("exact", saved, {"F": 0.0})
     level = dict.fromkeys((name for name in given.inputs if name != "F"), 0.0)
-    pulse = case(path, {**settings.set, "inputs.F.times": [0.0], "span": [0.0, longest + 2 * settings.step]})
+    alone = {"inputs.F.times": [0.0], "span": [0.0, longest + 2 * settings.step]}
+    pulse = studies.case(settings.study, {**settings.set, **alone})
     shot = pulse.run("exact", saved, level)
     ride, answer = (_change(solution[settings.quantity][: len(t)]) for solution in (rough, shot))
     first = np.arange(*settings.first, settings.step * settings.every)

@@ -37,7 +37,7 @@ def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> P
     paper = read(paper_file)
     sections = [
         Section("The ride", scene() + _ride_plot(paper_file.parent, plots)),
-        Section("Shots standing still", _shots(paper_file.parent, plots)),
+        Section("Shots standing still", _shots(paper_file.parent, paper.assumptions["pulse"], plots)),
         Section("Claims of the paper", _claims(said["claims"], paper.assumptions)),
         Section("Verification", _verification()),
         Section("Modes", _modes()),
@@ -61,7 +61,7 @@ def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
     return plot(len(plots) - 1, "The same ride with one shot only, at 3 s: displacement of road and hull")
 
 
-def _shots(folder: Path, plots: list[dict[str, Any]]) -> str:
+def _shots(folder: Path, pulse: str, plots: list[dict[str, Any]]) -> str:
     cases = {"one shot": [1.0], "two, 1.85 s apart": [1.0, 2.85], "two, 1.07 s apart": [1.0, 2.07]}
     cases["three, 1.85 s apart"] = [1.0, 2.85, 4.7]
     runs = {
@@ -70,7 +70,8 @@ def _shots(folder: Path, plots: list[dict[str, Any]]) -> str:
         )
         for name, times in cases.items()
     }
-    found = ["<p>The vehicle stands in its static equilibrium and fires the 12.7 mm gun from t = 1 s on.</p>"]
+    words = "The vehicle stands in its static equilibrium and fires from t = 1 s on. Assumed: "
+    found = [f"<p>{words}{escape(pulse)}.</p>"]
     for quantity, title in (("heave", "Displacement of the hull"), ("barrel_end", "Displacement of the barrel's end")):
         curves = [
             _curve(name, run.t, 1e3 * (run[quantity] - run[quantity][0]), colour)
@@ -116,7 +117,7 @@ def _verification() -> str:
 def _modes() -> str:
     model = load("m113")
     rows = []
-    for name in ("as_run_unloaded", "as_run_loaded"):
+    for name in ("as_run_unloaded", "as_run_loaded", "public_unloaded", "public_loaded"):
         for mode in modes(model, name):
             shares = sorted(mode.participation.items(), key=lambda item: -item[1])
             who = ", ".join(f"{who} {share:.0%}" for who, share in shares[:3] if share > 0.05)

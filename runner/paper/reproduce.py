@@ -15,6 +15,7 @@ from runner.paper.drive import Drive, drive
 from runner.paper.firing import Firing, firing
 from runner.paper.phase import Phase, phase
 from runner.paper.schema import Paper
+from runner.paper.studies import Studies
 from runner.paper.verification import BEST, Verification, verify
 
 #: Makes what shows the progress of a section of this name.
@@ -26,7 +27,7 @@ class Reproduction:
     """What was computed, section by section, and the claims."""
 
     paper: Paper
-    folder: Path
+    studies: Studies
     verification: Verification
     cost: Cost
     firing: Firing
@@ -36,22 +37,23 @@ class Reproduction:
     claims: tuple[Judged, ...]
 
 
-def reproduce(path: Path, bar: Bar) -> Reproduction:
-    """Compute everything that `path`, a paper.toml, asks for."""
-    paper, folder = read(path), path.parent
+def reproduce(path: Path, bar: Bar, parameter_set: str | None = None) -> Reproduction:
+    """Compute everything that `path`, a paper.toml, asks for; parameter_set: in place of that of all its studies."""
+    paper, studies = read(path), Studies(path.parent, parameter_set)
+    studies.case(paper.cost.study)  # refuses an unknown parameter set before anything is computed
     verification = verify()
     with bar("3.2 cost") as progress:
-        costs = cost(paper.cost, folder, progress)
+        costs = cost(paper.cost, studies, progress)
     with bar("3.2 firing") as progress:
-        fired = firing(paper.firing, folder, progress)
+        fired = firing(paper.firing, studies, progress)
     with bar("4 driving") as progress:
-        driven = drive(paper.drive, folder, progress)
-    rough = phase(paper.phase, folder)
-    numbers = dict(_verified(verification)) | dict(_periods())
+        driven = drive(paper.drive, studies, progress)
+    rough = phase(paper.phase, studies)
+    numbers = dict(_verified(verification)) | dict(_periods(studies.vehicle(paper.firing.study)))
     for section in (costs, fired, driven, rough):
         numbers |= section.numbers()
-    claims = judge(paper, folder, numbers)
-    return Reproduction(paper, folder, verification, costs, fired, driven, rough, numbers, claims)
+    claims = judge(paper, studies, numbers)
+    return Reproduction(paper, studies, verification, costs, fired, driven, rough, numbers, claims)
 
 
 def _verified(verification: Verification) -> Iterator[tuple[str, float]]:
@@ -65,10 +67,11 @@ def _verified(verification: Verification) -> Iterator[tuple[str, float]]:
     yield "verification.euler_growth", float((peaks[1:] / peaks[:-1]).min())
 
 
-def _periods() -> Iterator[tuple[str, float]]:
+def _periods(vehicle: str | None) -> Iterator[tuple[str, float]]:
+    """Periods, s, of all parameter sets by name, and once more of that which the studies run with."""
     model = load("m113")
-    for name in model.tables.parameter_sets:
-        periods = [mode.damped_period for mode in modes(model, name) if np.isfinite(mode.damped_period)]
+    for name, chosen in [*((name, name) for name in model.tables.parameter_sets), ("vehicle", vehicle)]:
+        periods = [mode.damped_period for mode in modes(model, chosen) if np.isfinite(mode.damped_period)]
         for k, period in enumerate(sorted(periods, reverse=True), start=1):
             yield f"modes.{name}.period_{k}", period
             yield f"modes.{name}.half_period_{k}", 0.5 * period

@@ -12,7 +12,6 @@ from runner.paper.figures import axes_of, saved
 from runner.paper.firing import Firing
 from runner.paper.phase import Phase
 from runner.paper.reproduce import Reproduction
-from runner.paper.studies import case
 from runner.report.figures import COLOURS
 
 _SCALED = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
@@ -31,14 +30,14 @@ def draw_all(found: Reproduction, into: Path) -> Iterator[Path]:
 
 def draw_shots(found: Reproduction, path: Path) -> Path:
     """Figs. 5 to 7: the assumed force, the hull after one, two and three shots, the barrel end after two."""
-    study, interval = found.folder / found.paper.firing.study, found.paper.firing.paper_interval
+    study, interval = found.paper.firing.study, found.paper.firing.paper_interval
     first, short = found.paper.firing.first, 1.07
     figure, axes = axes_of(3)
     runs = {name: [first + k * interval for k in range(n)] for n, name in enumerate(_SHOTS) if n}
     pairs = {"intervals 1.85 s": [first, first + interval], "intervals 1.07 s": [first, first + short]}
     for axis, quantity, cases in ((axes[1], "heave", runs), (axes[2], "barrel_end", pairs)):
         for (name, times), colour in zip(cases.items(), COLOURS, strict=False):
-            given = case(study, {"inputs.F.times": times})
+            given = found.studies.case(study, {"inputs.F.times": times})
             run = given.run("exact", {"step": 0.01})
             axis.plot(run.t, 1e3 * (run[quantity] - run[quantity][0]), color=colour, linewidth=1.2, label=name)
             if name == "one shot":
@@ -52,7 +51,7 @@ def draw_shots(found: Reproduction, path: Path) -> Path:
     return saved(
         figure,
         axes,
-        "12.7 mm gun, standing: force (assumed), hull, barrel end; dotted: the paper's 19, 25, 11 mm",
+        "Shots as of ten 12.7 mm rounds (assumed): force, hull, barrel end; dotted: the paper's 19, 25, 11 mm",
         path,
     )
 

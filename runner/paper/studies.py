@@ -16,6 +16,36 @@ from runner.study.read import read
 from runner.study.run import run_study, settings, study_model
 
 
+@dataclass(frozen=True)
+class Studies:
+    """The studies of a folder by their file names; parameter_set: taken by all of them in place of their own."""
+
+    folder: Path
+    parameter_set: str | None = None
+
+    def path(self, name: str) -> Path:
+        """The file of a study."""
+        return self.folder / name
+
+    def case(self, name: str, changes: Mapping[str, Any] | None = None) -> "Case":
+        """The case of a study with these values by dotted key in place of its own."""
+        return case(self.path(name), self._changed(changes))
+
+    def number(self, given: Run) -> float:
+        """What a claim takes of a run of its study."""
+        solution = run_study(self.path(given.study), changes=self._changed(given.set))
+        said = given.model_dump(exclude={"study", "set"})
+        return float(measured(solution, Observation(**said, value=0.0, sigma=1.0), None)[0])
+
+    def vehicle(self, name: str) -> str | None:
+        """The parameter set that a study runs with."""
+        return self.parameter_set or read(self.path(name)).parameter_set
+
+    def _changed(self, changes: Mapping[str, Any] | None) -> dict[str, Any]:
+        own = {} if self.parameter_set is None else {"parameter_set": self.parameter_set}
+        return {**own, **(changes or {})}
+
+
 @dataclass(frozen=True, eq=False)
 class Case:
     """A study's model, span, parameters, inputs and start, for runs that choose the rest themselves."""
@@ -51,10 +81,3 @@ def case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
     model = study_model(study, path)
     found = settings(study, model, path)
     return Case(model, *(found[name] for name in ("span", "parameters", "inputs", "initial")))
-
-
-def number(folder: Path, given: Run) -> float:
-    """What a claim takes of a run of its study."""
-    solution = run_study(folder / given.study, changes=given.set)
-    said = given.model_dump(exclude={"study", "set"})
-    return float(measured(solution, Observation(**said, value=0.0, sigma=1.0), None)[0])

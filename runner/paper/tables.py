@@ -27,7 +27,7 @@ def claims_table(claims: Sequence[Judged]) -> Table:
         row = (
             each.claim.where,
             each.claim.says,
-            _said(each),
+            said(each),
             _number(each.computed, each.claim.unit),
             _difference(each),
         )
@@ -35,7 +35,8 @@ def claims_table(claims: Sequence[Judged]) -> Table:
     return table
 
 
-def _said(each: Judged) -> str:
+def said(each: Judged) -> str:
+    """The number or the bounds that the paper gives, with the unit."""
     claim = each.claim
     if claim.value is not None:
         return _number(claim.value, claim.unit)
@@ -45,6 +46,18 @@ def _said(each: Judged) -> str:
 
 def _number(value: float, unit: str) -> str:
     return f"{value:.4g} {unit}".strip()
+
+
+def claims_page(claims: Sequence[Judged], parameter_set: str | None) -> str:
+    """The claims as a table in Markdown; for another parameter set than the paper's, beside the paper's verdicts."""
+    heads = ["claim", "where", "the paper", "computed", "verdict"]
+    if parameter_set is not None:
+        heads[3:] = [f"with `{parameter_set}`", "verdict", "with the paper's"]
+    lines = [" | ".join(heads), "|".join("---" for _ in heads)]
+    for each in claims:
+        cells = [f"`{each.name}`", each.claim.where, said(each), _number(each.computed, each.claim.unit), each.verdict]
+        lines.append(" | ".join(cells if parameter_set is None else [*cells, each.claim.expected]))
+    return "".join(f"|{line}|\n" if k == 1 else f"| {line} |\n" for k, line in enumerate(lines))
 
 
 def _difference(each: Judged) -> str:
@@ -94,6 +107,8 @@ def notes(found: Reproduction) -> Iterator[str]:
         yield f"assumption {name}: {found.paper.assumptions[name]}"
     counts = Counter(each.verdict for each in found.claims)
     yield ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    if found.studies.parameter_set is not None:
+        return  # the verdicts of the last look are those of the paper's own vehicle
     for each in found.claims:
         if each.worse:
             yield f"[red]worse than when last looked at ({each.claim.expected}):[/red] {each.name}"
