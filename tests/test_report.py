@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from runner.paper.command import PAPER
+from runner.paper.report import report
 from runner.report.page import Section, table, write_page
 from runner.report.pdf import browser, print_page
 
@@ -151,6 +153,18 @@ def test_without_claims_the_command_says_what_to_do(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 2
     assert "`qddot paper` writes it" in done.stderr
+
+
+def test_claims_of_another_vehicle_are_not_shown_beside_the_papers(tmp_path):
+    claims = tmp_path / "claims.json"
+    claims.write_text(json.dumps({"parameter_set": "public_unloaded", "claims": []}))
+    with pytest.raises(ValueError, match="judged with the parameter set public_unloaded, but the report shows"):
+        report(PAPER, claims, "", tmp_path / "report.html")
+
+
+def test_the_page_says_that_a_shot_is_about_ten_rounds(page):
+    words = page.read_text().split("Shots standing still</h2>")[1].split("</p>")[0]
+    assert "605 N s" in words and "about ten rounds" in words
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no browser is installed")

@@ -28,11 +28,16 @@ _CLASSES = {"holds": "holds", "rests on an assumption": "rests", "differs": "dif
 def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> Path:
     """Write the page. equations: the model's equations as an HTML page, of which the main part is taken.
 
-    claims_file: what `qddot paper` wrote. Raises ValueError where there is none.
+    claims_file: what `qddot paper` wrote. Raises ValueError where there is none, or it is of another vehicle.
     """
     if not claims_file.is_file():
         raise ValueError(f"{claims_file}: there is no such file; `qddot paper` writes it")
     said = json.loads(claims_file.read_text("utf-8"))
+    if said.get("parameter_set") is not None:
+        raise ValueError(
+            f"{claims_file}: claims judged with the parameter set {said['parameter_set']}, but the report shows the "
+            "paper's own vehicle; give the claims.json of `qddot paper` without --parameters"
+        )
     plots: list[dict[str, Any]] = []
     paper = read(paper_file)
     sections = [
