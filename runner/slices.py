@@ -22,7 +22,7 @@ def drive(
     fraction_done: the part of the span behind us, 0 to 1; handed to `progress` ten times a second and at the end.
     time_limit: seconds of wall time after which the run ends with Status.TIME_LIMIT; Ctrl-C ends it with
     Status.INTERRUPTED. Both keep what was computed. Neither can act inside a slice, so a slice should take
-    milliseconds, not seconds.
+    milliseconds, not seconds. A division by zero in a function of the user's own ends it with Status.NON_FINITE.
     """
     start = time.perf_counter()
     reported = start
@@ -38,4 +38,6 @@ def drive(
                 status = Status.TIME_LIMIT
     except KeyboardInterrupt:
         return Status.INTERRUPTED
+    except ZeroDivisionError:  # of a function that its author compiled by Python's rules; ours follow IEEE's
+        return Status.NON_FINITE
     return status

@@ -4,11 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import njit, types
 from scipy.integrate import solve_ivp
 from sympy import Abs, Rational, Symbol, cos, sin, sqrt, symbols
 
 import qddot
 from model.system import Coordinate, Output, Parameter, System
+from runner import abi
 
 SAMPLE = Path("tests/sample_models/oscillator.py")
 x, xdot, y, ydot, r, rdot = symbols("x xdot y ydot r rdot")
@@ -168,3 +170,27 @@ def test_an_event_of_an_output_that_is_no_number_does_not_happen(models):
 def test_a_division_by_zero_ends_a_stiff_run_with_time_and_state(models, method):
     with pytest.raises(qddot.IntegrationError, match=r"at t = 0 s.*rdot left first"):
         qddot.simulate(models["falling"], (0, 1), method=method, initial={"r": 0.0})
+
+
+@njit
+def inverse(t, x, u, c, dx):
+    """Compiled by Python's rules: a division by zero raises."""
+    dx[0] = -1.0 / x[0]
+
+
+@njit(types.float64(abi.SCALAR, abi.VECTOR, abi.VECTOR, abi.VECTOR))
+def reciprocal(t, x, u, c):
+    """Compiled by Python's rules: a division by zero raises."""
+    return 1.0 / x[0]
+
+
+@pytest.mark.parametrize("settings", [{"method": "euler", "step": 0.5}, {"method": "ode15s"}])
+def test_a_division_by_zero_in_a_function_of_the_users_own_ends_the_run(settings):
+    with pytest.raises(qddot.IntegrationError, match="inverse diverged at t = 0 s") as caught:
+        qddot.solve(inverse, (0, 1), [0.0], **settings)
+    assert caught.value.solution.states[-1].tolist() == [0.0]
+
+
+def test_a_division_by_zero_in_an_event_of_the_users_own_ends_the_run(models):
+    with pytest.raises(qddot.IntegrationError, match="sticky diverged at t = 0 s"):
+        qddot.simulate(models["sticky"], (0, 1), method="ode15s", events=[qddot.Event(reciprocal)])
