@@ -13,13 +13,14 @@ import argparse
 import atexit
 import gc
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 _PUBLIC = {
     "EquilibriumError": "runner.equilibrium",
@@ -306,10 +307,24 @@ def _start_quickly() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
+def _said(error: ValueError | OSError) -> str:
+    """What an error says; of the operating system's the file, and what is the matter with it."""
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f"{error.filename}: {error.strerror[0].lower()}{error.strerror[1:]}"
+    return str(error)
+
+
+def _terminated(number: int, frame: object) -> NoReturn:
+    """End on SIGTERM as on Ctrl-C: what is half written is removed on the way out."""
+    print("terminated", file=sys.stderr)
+    raise SystemExit(128 + number)
+
+
 def main() -> None:
     """Run the command line; what a person gave wrongly ends in one message, never in a traceback."""
     _start_quickly()
     given = vars(_parser().parse_args(sys.argv[1:] or ["--help"]))
+    signal.signal(signal.SIGTERM, _terminated)
     try:
         status = _COMMANDS[given.pop("command")].function(**given)
         sys.stdout.flush()
@@ -317,7 +332,7 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 1
     except (ValueError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {_said(error)}", file=sys.stderr)
         status = 2
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

@@ -1,13 +1,17 @@
 """What the commands of the runner print and write; each gives the exit status."""
 
+import contextlib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 
 from runner.checks import unknown
 from runner.compiling import compiled_for
 from runner.equilibrium import EquilibriumError, equilibrium
+from runner.files import named, ready
 from runner.load import Model, available, load
 from runner.modes import ModesError, modes
 from runner.report.background import Drawing
@@ -30,35 +34,59 @@ CATALOGUES = ("models", "studies", "library", "methods", "metrics")
 def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Sequence[str], row: int | None) -> int:
     """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept.
 
-    settings: "key=value" in place of the file's; row: the run of the study's sweep.
+    settings: "key=value" in place of the file's; row: the run of the study's sweep. Both stand in the files' names.
     """
     study = read(path, parsed(settings)) if row is None else row_of(path, parsed(settings), row)
+    which = [row] if row is not None else ["base"] if study.sweep.axes else []
+    data = into / f"{named(path.stem, row=which, set=settings)}.nc"
+    for each in (data, data.with_name(f"{data.stem}.png")):
+        ready(each)  # before anything is computed that could not be written
+    if which == ["base"]:
+        _note("note:", "the study's own values, without its sweep: --row N runs one of its runs, `qddot batch` all")
     with late_bar(path.stem) as bar:
         solution = run(study, path, bar, on_failure="return")
-    return _write(study, solution, path, into, drawing)
+    origin = {"study": str(path.resolve()), "settings": " ".join(settings), "row": "" if row is None else str(row)}
+    title = (study.title or path.stem) + ("" if row is None else f" (run {row})")
+    return _write(study, replace(solution, metadata={**solution.metadata, **origin}), path, data, title, drawing)
 
 
-def _write(study: Study, solution: Solution, path: Path, into: Path, drawing: Drawing | None) -> int:
-    console = Console(emoji=False)
-    title = study.title or path.stem
+def _write(study: Study, solution: Solution, path: Path, data: Path, title: str, drawing: Drawing | None) -> int:
+    console = Console(emoji=False, markup=False)
     if not solution.success:
-        Console(stderr=True).print(f"[red]error:[/red] {solution.message}", highlight=False, soft_wrap=True)
+        _note("[red]error:[/red]", solution.message)
         title = f"{title} (partial: up to t = {solution.t[-1]:.6g} s)"
-    data, picture = into / f"{path.stem}.nc", into / f"{path.stem}.png"
+    if other := _other_study(data, path):
+        _note("note:", f"{data} held a run of {other}")
+    picture = data.with_name(f"{data.stem}.png")
     if drawing is not None:
         drawing.begin(_curves(study, solution, path, title), picture)
-    written = [solution.save(data)]
-    console.print(f"[bold]{title}[/bold]")
+    solution.save(data)
+    console.print(title, style="bold", highlight=False)
     console.print(statistics(solution, compiled_for()), highlight=False)
     console.print(summary(solution))
     for line in not_finite(solution):
         console.print(f"note: {line}", highlight=False, soft_wrap=True)
+    console.print(f"wrote {data}", highlight=False, soft_wrap=True)
     if drawing is not None:
         drawing.finish()
-        written.append(picture)
-    for each in written:
-        console.print(f"wrote {each}", highlight=False, soft_wrap=True)
+        console.print(f"wrote {picture}", highlight=False, soft_wrap=True)
     return 0 if solution.success else 1
+
+
+def _note(kind: str, text: str) -> None:
+    Console(stderr=True, emoji=False).print(f"{kind} {escape(text)}", highlight=False, soft_wrap=True)
+
+
+def _other_study(data: Path, path: Path) -> str:
+    """The other study whose run a file holds that will be replaced; nothing where it is this one, or not known."""
+    from netCDF4 import Dataset  # noqa: PLC0415 - only a run that is saved needs it
+
+    if not data.exists():
+        return ""
+    with contextlib.suppress(OSError, RuntimeError), Dataset(data) as file:
+        study = str(getattr(file, "study", path.resolve()))
+        return "" if study == str(path.resolve()) else study
+    return ""
 
 
 def _curves(study: Study, solution: Solution, path: Path, title: str) -> Curves:

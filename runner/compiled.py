@@ -6,10 +6,10 @@ the drivers' cache lives in a folder named after the digest of all of the runner
 
 import contextlib
 import hashlib
-import os
+import pickle
 import shutil
-import tempfile
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -17,9 +17,12 @@ from typing import Any
 
 import numba
 from numba import config, njit
+from numba.core import dispatcher
+from numba.core.caching import FunctionCache, NullCache
 from numba.np import linalg
 
 import generated
+from runner.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
 #: ninf, which make isfinite lie. IEEE rules: a division by zero is an infinity or no number, never an exception.
@@ -42,16 +45,16 @@ def _import_array_functions() -> None:
 
 _import_array_functions()
 
-#: Rooms without jitted functions: their changes empty no cache.
-_NOTHING_COMPILED = ("report", "study", "paper", "batch", "identify")
+#: Rooms and files without jitted functions: their changes empty no cache.
+_NOTHING_COMPILED = ("report", "study", "paper", "batch", "identify", "command.py", "files.py", "places.py")
 
 #: Versions of the source whose compiled drivers are kept.
 _KEPT = 8
 
 
 @cache
-def cache_directory() -> Path:
-    """The folder of this very source's compiled drivers: beside it, or in the user's cache where that is read-only."""
+def cache_directory() -> Path | None:
+    """The folder of this very source's compiled drivers, beside it where that can be written; see `code_folder`."""
     here = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(here.rglob("*.py")):
@@ -60,18 +63,14 @@ def cache_directory() -> Path:
         digest.update(source.relative_to(here).as_posix().encode())
         digest.update(source.read_bytes())
     digest.update((Path(generated.__file__).parent / "_elementary.py").read_bytes())  # lanes call what stands there
-    name = f"qddot-{digest.hexdigest()[:16]}"
-    beside = here / "__pycache__"
-    if os.access(beside if beside.exists() else here, os.W_OK):
-        return _tidy(beside) / name
-    user_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return (user_cache if os.access(user_cache.parent, os.W_OK) else Path(tempfile.gettempdir())) / name
+    folder = code_folder(here / "__pycache__")
+    return _tidy(folder) / f"qddot-{digest.hexdigest()[:16]}" if folder is not None else None
 
 
 def _tidy(folder: Path) -> Path:
     """Remove the caches of all but the last few versions of the source."""
     ages: list[tuple[float, Path]] = []
-    for path in folder.glob("qddot-*"):
+    for path in folder.glob("qddot-" + 16 * "[0-9a-f]"):
         with contextlib.suppress(FileNotFoundError):  # another process may be tidying too
             ages.append((path.stat().st_mtime, path))
     for _, old in sorted(ages)[:-_KEPT]:
@@ -79,15 +78,67 @@ def _tidy(folder: Path) -> Path:
     return folder
 
 
+class _Cache(FunctionCache):
+    """Numba's cache of a function, without which the program goes on: a disk may be full, a file cut short."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is there, None where it cannot be read."""
+        try:
+            return super().load_overload(sig, target_context)
+        except OSError:
+            return None
+        except (EOFError, pickle.UnpicklingError):
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, where the disk takes it."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _tell(f"note: compiled code is not kept in {self.cache_path}: {error.strerror or error}")
+
+
+@cache
+def _tell(text: str) -> None:
+    """Say something once."""
+    print(text, file=sys.stderr)
+
+
+def _uncached(function: Any) -> NullCache:
+    """The cache of a function that is kept nowhere."""
+    return NullCache()
+
+
+@contextlib.contextmanager
+def _keeping(folder: Path | None, name: str) -> Iterator[None]:
+    """Within the block numba's `cache=True` means the folder of this name, or the one it finds, or none at all."""
+    before = config.CACHE_DIR, dispatcher.FunctionCache  # type: ignore[attr-defined]
+    config.CACHE_DIR = name  # type: ignore[attr-defined]
+    dispatcher.FunctionCache = _Cache if folder is not None else _uncached  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        config.CACHE_DIR, dispatcher.FunctionCache = before  # type: ignore[attr-defined]
+
+
+def keeping_module(file: Path) -> contextlib.AbstractContextManager[None]:
+    """Within the block, the jitted functions of this generated module are kept beside it or where `code_folder` says.
+
+    Numba alone raises "no locator available" where neither the module's folder nor the user's cache can be written.
+    """
+    beside = file.absolute().parent / "__pycache__"
+    folder = code_folder(beside)
+    return _keeping(folder, "" if folder in (beside, None) else str(folder))
+
+
 def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`njit(signature, cache=True, **ARITHMETIC, **options)` with the cache in `cache_directory`."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        before = config.CACHE_DIR  # type: ignore[attr-defined]
-        config.CACHE_DIR = str(cache_directory())  # type: ignore[attr-defined]
-        try:
+        folder = cache_directory()
+        with _keeping(folder, str(folder or "")):
             return njit(signature, cache=True, **ARITHMETIC, **options)(function)
-        finally:
-            config.CACHE_DIR = before  # type: ignore[attr-defined]
 
     return decorate

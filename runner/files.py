@@ -1,23 +1,70 @@
 """Files that appear whole or not at all."""
 
+import errno
+import hashlib
 import os
+import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+
+#: The longest name that is made of what was asked for.
+_LONGEST = 120
 
 
 @contextmanager
 def written_aside(path: str | Path) -> Iterator[Path]:
     """A path beside `path` to write to: renamed to `path` when the block ends, removed when it raises.
 
-    The folder is made where it is missing. Raises OSError where it cannot be written.
+    The folder is made where it is missing. Raises OSError naming `path` where it cannot be written.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    ready(path)
     aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
         yield aside
         os.replace(aside, path)
+    except OSError as error:
+        about = error.filename in (None, str(aside), aside)
+        if error.errno is None or not about:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         aside.unlink(missing_ok=True)
+
+
+def ready(path: Path) -> None:
+    """See that a file can be written, before what goes into it is computed; its folder is made where it is missing.
+
+    Raises OSError naming what stands in the way.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder; expected the name of a file", str(path))
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "is no ordinary file, and is not replaced", str(path))
+    folder_ready(path.parent)
+
+
+def folder_ready(folder: Path) -> None:
+    """Make a folder, where it is missing, and see that files can be written into it. Raises OSError as `ready`."""
+    for each in (folder, *folder.parents):
+        if each.exists() and not each.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "is a file; expected a folder", str(each))
+    folder.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, "no file can be written into this folder", str(folder))
+
+
+def named(stem: str, **tags: Sequence[object]) -> str:
+    """The name of a file for what was asked for, other for anything else: `map_metric=ride_over=stiffness+damping`.
+
+    Tags without words are left out, and so are blanks; what a file system may not like is replaced, and a digest tells
+    such names apart.
+    """
+    words = {tag: ["".join(str(word).split()) for word in given] for tag, given in tags.items() if given}
+    plain = {tag: [re.sub(r"[^\w.=-]", "-", word) for word in given] for tag, given in words.items()}
+    name = "_".join((stem, *(f"{tag}={'+'.join(given)}" for tag, given in plain.items())))
+    if plain == words and len(name) <= _LONGEST:
+        return name
+    return f"{name[:_LONGEST]}_{hashlib.sha256(repr(words).encode()).hexdigest()[:8]}"

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import generated
 from runner import abi
 from runner.checks import finite, finite_state, unknown
+from runner.compiled import keeping_module
 from runner.tables import LoadError, Tables, read_tables
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
@@ -159,7 +160,8 @@ def _generated_module(name: str) -> ModuleType:
     if name not in available():
         raise LoadError(unknown("model", name, available()))
     try:
-        return importlib.import_module(f"generated.{name}")
+        with keeping_module(Path(generated.__file__)):
+            return importlib.import_module(f"generated.{name}")
     except Exception as error:
         raise LoadError(f"model {name}: {type(error).__name__}: {error}; generate the model again") from error
 
@@ -175,7 +177,8 @@ def _module_at(path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        with keeping_module(path):
+            spec.loader.exec_module(module)
     except Exception as error:
         del sys.modules[name]
         raise LoadError(f"{path}: {type(error).__name__}: {error}; generate the model again") from error

@@ -1,6 +1,9 @@
 """What a run gives back: time, states, outputs and inputs by name, with units, statistics and how it ended."""
 
+import errno
+import shutil
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -145,7 +148,7 @@ class Solution:
         from netCDF4 import Dataset  # noqa: PLC0415 - only a run that is saved needs it
 
         path = Path(path)
-        with written_aside(path) as aside, Dataset(aside, "w", format="NETCDF4") as file:
+        with written_aside(path) as aside, _told_by_netcdf(path), Dataset(aside, "w", format="NETCDF4") as file:
             file.setncatts(self.attributes)
             file.createDimension("time", len(self.t))
             columns = [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)]
@@ -154,6 +157,16 @@ class Solution:
                 variable.setncatts(_attributes(quantity))
                 variable[:] = values
         return path
+
+
+@contextmanager
+def _told_by_netcdf(path: Path) -> Iterator[None]:
+    """Raise an OSError naming `path` where the NetCDF library, which does not say why, could not write."""
+    try:
+        yield
+    except RuntimeError as error:
+        free = shutil.disk_usage(path.parent).free / 1e6
+        raise OSError(errno.EIO, f"could not be written ({error}); {free:.3g} MB are free there", str(path)) from error
 
 
 def _attributes(quantity: Quantity) -> dict[str, str]:

@@ -3,15 +3,19 @@
 import contextlib
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 from threading import Thread
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     from runner.report.curves import Curves
+
+#: Seconds that a process may take to leave.
+_PATIENCE = 5.0
 
 
 class Drawing:
@@ -42,14 +46,30 @@ class Drawing:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process where it still waits."""
+        """End the process where it still waits or draws; it removes what it has half written."""
         if self._process.returncode is None:
-            self._process.kill()
-            self._process.communicate()
+            self._process.terminate()
+            try:
+                self._process.communicate(timeout=_PATIENCE)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.communicate()
 
 
 def main() -> None:
-    """Import what drawing needs, wait for curves and a path on the standard input, and draw."""
+    """Import what drawing needs, wait for curves and a path on the standard input, and draw; end at once on SIGTERM."""
+    signal.signal(signal.SIGTERM, _leave)
+    try:
+        _draw()
+    except (SystemExit, KeyboardInterrupt):
+        os._exit(1)
+
+
+def _leave(number: int, frame: object) -> NoReturn:
+    raise SystemExit(128 + number)
+
+
+def _draw() -> None:
     from types import SimpleNamespace  # noqa: PLC0415 - of the drawing process alone
 
     import numpy as np  # noqa: PLC0415
@@ -57,7 +77,10 @@ def main() -> None:
     from runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     line = SimpleNamespace(values=np.zeros(2), unit="m", label="first")
-    with tempfile.TemporaryDirectory() as folder:  # fonts and all that is made with a first figure
+    with (
+        contextlib.suppress(OSError),
+        tempfile.TemporaryDirectory() as folder,
+    ):  # fonts and all that is made with a first figure
         draw(SimpleNamespace(title="first", t=np.arange(2.0), panels=((line,),)), Path(folder) / "first.png")  # type: ignore[arg-type]
     request = sys.stdin.buffer.read()
     if request:
