@@ -141,11 +141,11 @@ def test_ctrl_c_ends_a_batch_between_two_blocks(store, study, tmp_path):
     path = tmp_path / "c.zarr"
     job = read_job(study)
     announced = []
-    for i, _ in enumerate(computed(job, opened(job, path), announce=lambda: announced.append(1))):
+    for i, _ in enumerate(computed(job, opened(job, path), announce=announced.append)):
         if i == 1:
             signal.raise_signal(signal.SIGINT)
     finished = len(list((path / ".qddot" / "blocks").iterdir()))
-    assert announced
+    assert announced == [signal.SIGINT]
     assert 2 <= finished < 9
     run_batch(study, path)
     assert_equal(path, store)
@@ -211,7 +211,7 @@ def test_a_folder_that_is_no_store_is_left_alone(study, tmp_path):
     folder = tmp_path / "mine"
     folder.mkdir()
     (folder / "notes.txt").write_text("precious")
-    with pytest.raises(StoreError, match="it is no store of a batch"):
+    with pytest.raises(StoreError, match="a folder without a store in it"):
         run_batch(study, folder)
     assert (folder / "notes.txt").read_text() == "precious"
 

@@ -1,13 +1,15 @@
 """Computing blocks on Dask workers: processes of this machine, or of many that share the store's file system."""
 
 import logging
-from collections.abc import Iterable, Iterator
+import socket
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from runner.batch.block import warm_up
 from runner.batch.job import Job, job_of
@@ -18,6 +20,26 @@ from runner.study.read import StudyError
 
 #: How often a block may end its worker before the batch gives up.
 ATTEMPTS = 5
+
+
+#: Protocols of schedulers, and those at which a plain connection shows whether anybody is there.
+PROTOCOLS, SOCKETS = ("tcp", "tls", "ws", "wss", "ucx"), ("tcp", "tls", "ws", "wss")
+
+
+def check_address(scheduler: str) -> None:
+    """Raise StudyError for what is no address of a scheduler, and for one at which nothing answers."""
+    try:
+        parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+        protocol, host, port = parts.scheme, parts.hostname, parts.port
+    except ValueError:
+        protocol, host, port = "", None, None
+    if protocol not in PROTOCOLS or not host or not port:
+        raise StudyError(f"--scheduler {scheduler!r}: expected an address such as tcp://host:8786")
+    if protocol in SOCKETS:
+        try:
+            socket.create_connection((host, port), timeout=10.0).close()
+        except OSError as error:
+            raise StudyError(f"--scheduler {scheduler}: no scheduler answers ({error.strerror or error})") from None
 
 
 @contextmanager
@@ -40,10 +62,20 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
-def on_workers(job: Job, store: Store, blocks: Iterable[int], wish: Wish, client: Any) -> Iterator[dict[str, Any]]:
-    """As `on_threads`, on the workers of a client; a worker that is killed costs only the block it was computing."""
+def on_workers(
+    job: Job,
+    store: Store,
+    blocks: Iterable[int],
+    wish: Wish,
+    client: Any,
+    ready: Callable[[], None] = lambda: None,
+) -> Iterator[dict[str, Any]]:
+    """As `on_threads`, on the workers of a client; a worker that is killed costs only the block it was computing.
+
+    ready: called when the workers that are there have loaded, or compiled, what their blocks need.
+    """
     import dask  # noqa: PLC0415 - an optional library
-    from distributed import KilledWorker, as_completed  # noqa: PLC0415
+    from distributed import KilledWorker, as_completed, wait  # noqa: PLC0415
 
     ticket = (str(job.path.resolve()), job.text, _Frozen(job.tree | job.own), str(store.path.resolve()), job.block)
     todo = iter(blocks)
@@ -53,6 +85,15 @@ def on_workers(job: Job, store: Store, blocks: Iterable[int], wish: Wish, client
         return [client.submit(_remote, ticket, index, pure=False, key=f"block-{index}") for index in indices]
 
     with dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS}):
+        loading = [
+            client.submit(_load, ticket, workers=[address], allow_other_workers=True, pure=False)
+            for address in client.nthreads()
+        ]
+        if loading:
+            wait(loading)
+        ready()
+        if wish.stop:
+            return
         running = as_completed(submitted(2 * max(1, sum(client.nthreads().values()))))
         for future in running:
             try:
@@ -80,6 +121,11 @@ class _Frozen:
 
     def __hash__(self) -> int:
         return hash(self._text)
+
+
+def _load(ticket: tuple[Any, ...]) -> None:
+    """What a worker does first."""
+    _opened(*ticket)
 
 
 def _remote(ticket: tuple[Any, ...], index: int) -> dict[str, Any]:

@@ -16,7 +16,8 @@ FORMATS = (".csv", ".parquet")
 def export(results: Results, path: Path) -> Path:
     """Write run, axes, status, failed_at and metrics of all runs; units in the headings, or in the fields' metadata.
 
-    Trajectories stay in the store. Raises ValueError for a name that ends in neither .csv nor .parquet.
+    Trajectories stay in the store. Of a batch that is not finished, runs that are missing have the status not_run; the
+    metadata of a Parquet table say how far it is. Raises ValueError for a name that ends in neither .csv nor .parquet.
     """
     if path.suffix not in FORMATS:
         raise ValueError(f"--to {path}: expected a name that ends in {' or '.join(FORMATS)}")
@@ -61,4 +62,6 @@ def _write_parquet(results: Results, path: Path) -> None:
         pyarrow.field(name, array.type, metadata={"units": unit})
         for (name, unit, _), array in zip(columns, arrays, strict=True)
     ]
-    pyarrow.parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), path)
+    said = {"title": results.title} | ({"partial": results.partial} if results.partial else {})
+    schema = pyarrow.schema(fields, metadata=said)
+    pyarrow.parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=schema), path)

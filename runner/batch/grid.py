@@ -5,16 +5,22 @@ from typing import Any
 
 import numpy as np
 
-from runner.batch.store import dataset
+from runner.batch.engine import NOT_RUN
+from runner.batch.results import Results
+
+#: What stands in place of a number of a run that is missing: NaN but for these, and for counts, which are 0.
+_MISSING = {"status": NOT_RUN, "failed_state": -1}
 
 
 def open_batch(path: str | Path) -> Any:
     """The store of a batch as an xarray.Dataset whose dimension `run` became those of the sweep.
 
     `open_batch(path)["hull"].sel(delay=1.85, method="nearest")`. Axes that advance together (zip, samples) share the
-    dimension of the first of them. The values are loaded. Raises StoreError where there is no store.
+    dimension of the first of them. The values are loaded. A batch that is not finished has the attribute `partial`,
+    which says how far it is, and nothing of the runs that are missing: their status is -1, their numbers are NaN.
+    Raises StoreError where there is no store.
     """
-    data = dataset(Path(path)).load()
+    data = _whole_blocks(Results(Path(path)))
     groups, shape = data.attrs["groups"], data.attrs["shape"]
     names = [names[0] for names in groups]
     if not names:
@@ -31,3 +37,16 @@ def open_batch(path: str | Path) -> Any:
             values = each.to_numpy().reshape(*shape, *each.shape[1:])
             variables[name] = ((*names, *each.dims[1:]), values, each.attrs)
     return type(data)(variables, attrs=data.attrs).set_coords(axes)
+
+
+def _whole_blocks(results: Results) -> Any:
+    """The store, without what was written of blocks that are not finished."""
+    data = results.data.load()
+    if results.partial:
+        data.attrs["partial"] = results.partial
+        missing = results.status == NOT_RUN
+        for name, each in data.data_vars.items():
+            if each.dims[:1] == ("run",) and name not in results.axes:
+                real = np.issubdtype(each.dtype, np.floating)
+                each.values[missing] = np.nan if real else _MISSING.get(str(name), 0)
+    return data

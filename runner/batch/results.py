@@ -34,8 +34,24 @@ class Results:
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """How each run ended (n_runs,): a Status, REFUSED or NOT_RUN."""
-        return self.data["status"].to_numpy()
+        """How each run ended (n_runs,): a Status, REFUSED or NOT_RUN.
+
+        A run of a block that is not finished is NOT_RUN, whatever a process that was killed wrote of it.
+        """
+        status = np.array(self.data["status"])
+        status[~self.store.stored(len(status))] = NOT_RUN
+        return status
+
+    @cached_property
+    def partial(self) -> str:
+        """`partial: 3712 of 10000 runs`; nothing where all runs are there."""
+        done = int(np.count_nonzero(self.status != NOT_RUN))
+        return f"partial: {done} of {len(self.status)} runs" if done < len(self.status) else ""
+
+    @property
+    def heading(self) -> str:
+        """The title, and how far a batch is that is not finished."""
+        return f"{self.title} ({self.partial})" if self.partial else self.title
 
     @property
     def title(self) -> str:
@@ -78,10 +94,12 @@ class Results:
         return [(count, reason, firsts[reason]) for reason, count in counts.most_common()]
 
     def column(self, name: str) -> NDArray[Any]:
-        """A metric or an axis (n_runs,). Raises ValueError with the nearest name where there is none."""
+        """A metric, NaN for runs without it, or an axis (n_runs,). Raises ValueError naming the nearest for others."""
         if name not in (*self.metrics, *self.axes):
             raise ValueError(f"{self.path}: {unknown('metric or axis', name, (*self.metrics, *self.axes))}")
-        return self.data[name].to_numpy()
+        if name in self.axes:
+            return self.data[name].to_numpy()
+        return np.where(self.status == NOT_RUN, np.nan, self.data[name])
 
     def unit(self, name: str) -> str:
         """The unit of a column."""

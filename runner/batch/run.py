@@ -1,17 +1,22 @@
 """Running a batch from its study to its store, or going on with one that was stopped."""
 
-import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from runner.batch.block import warm_up
+from runner.batch.differences import differences
 from runner.batch.job import Job, read_job
 from runner.batch.layout import attributes, versions
 from runner.batch.stopping import Wish, stoppable
-from runner.batch.store import OWN, Store, StoreError, create, differences, locked, tidy
+from runner.batch.store import OWN, Store, StoreError, create, free, locked, remove, tidy
 from runner.batch.threads import on_threads
+from runner.files import folder_ready
+from runner.workers import cores
+
+#: The most worker processes that are started on this machine, for each core, and in any case.
+WORKERS_PER_CORE, FEW_WORKERS = 4, 16
 
 
 def run_batch(
@@ -29,11 +34,25 @@ def run_batch(
     Ctrl-C ends it between two blocks. Raises StudyError, StoreError (a store of another batch), or OSError where the
     disk does not take a block: the store stays as it was after the last block.
     """
+    check_workers(workers, scheduler)
     job = read_job(Path(study), changes)
     path = Path(out) if out is not None else Path("results") / f"{Path(study).stem}.zarr"
     for _ in computed(job, opened(job, path), workers, scheduler):
         pass
     return path
+
+
+def check_workers(workers: int | None, scheduler: str | None) -> None:
+    """Raise ValueError for workers that cannot be had, before anything is compiled for them."""
+    most = max(FEW_WORKERS, WORKERS_PER_CORE * cores())
+    if workers is not None and not 1 <= workers <= most:
+        raise ValueError(f"--workers {workers}: expected a number of processes from 1 to {most} on this machine")
+    if workers is not None and scheduler is not None:
+        raise ValueError("--workers starts processes here, --scheduler takes those of a cluster: give one of them")
+    if scheduler is not None:
+        from runner.batch.cluster import check_address  # noqa: PLC0415 - only who has a cluster needs it
+
+        check_address(scheduler)
 
 
 def opened(job: Job, path: Path, fresh: bool = False) -> Store:
@@ -42,13 +61,13 @@ def opened(job: Job, path: Path, fresh: bool = False) -> Store:
     Everything is compiled then; worker processes find it in the cache. fresh: remove a store that is there. Raises
     StoreError where that is of another batch, or of none.
     """
+    folder_ready(path.parent)  # before minutes of compiling
+    if not free(path):
+        Store(path)
     warm_up(job)
     if fresh and (path / OWN).is_dir():
-        with locked(path):
-            shutil.rmtree(path)
-    if not path.exists():
-        return create(path, job)
-    store = Store(path)
+        remove(path)
+    store = create(path, job)
     different = differences(store.attributes, attributes(job))
     if different:
         reasons = "\n  ".join(different)
@@ -69,12 +88,13 @@ def computed(
     store: Store,
     workers: int | None = None,
     scheduler: str | None = None,
-    announce: Callable[[], None] = lambda: None,
+    announce: Callable[[int], None] = lambda number: None,
     ready: Callable[[], None] = lambda: None,
 ) -> Iterator[dict[str, Any]]:
     """Compute the blocks that are not finished; yields the note of each as it is, and ends early on Ctrl-C.
 
-    announce: called when somebody wants it to stop; ready: when the first block begins.
+    announce: called with the number of the signal that wants it to stop; ready: when the first block begins, with
+    everything compiled and loaded.
     """
     job = replace(job, block=int(store.attributes["block"]))
     with locked(store.path), stoppable(announce) as wish:
@@ -100,6 +120,5 @@ def _notes(
         return
     from runner.batch.cluster import connected, on_workers  # noqa: PLC0415 - Dask is optional, and slow to import
 
-    with connected(workers, scheduler) as client:
-        ready()
-        yield from on_workers(job, store, blocks, wish, client)
+    with connected(workers and min(workers, len(blocks)), scheduler) as client:
+        yield from on_workers(job, store, blocks, wish, client, ready)

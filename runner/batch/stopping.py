@@ -7,27 +7,33 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+#: What brings the cursor of a terminal back, which a bar hides.
+_CURSOR = b"\x1b[?25h\n"
+
 
 class Wish:
-    """Whether somebody wants the batch to stop."""
+    """Whether somebody wants the batch to stop, and the number of the signal that said so."""
 
     def __init__(self) -> None:
         self.stop = False
+        self.signal = 0
 
 
 @contextmanager
-def stoppable(announce: Callable[[], None]) -> Iterator[Wish]:
-    """Within the block, Ctrl-C or SIGTERM sets `stop` and announces it; a second one ends the process at once.
+def stoppable(announce: Callable[[int], None]) -> Iterator[Wish]:
+    """Within the block, Ctrl-C or SIGTERM sets `stop` and announces its number; a second one ends the process at once.
 
     That loses the blocks that are being computed, and nothing else. Outside the main thread signals stay as they are.
     """
     wish = Wish()
 
     def note(number: int, frame: Any) -> None:
-        if wish.stop:
+        if wish.signal:
+            if os.isatty(2):
+                os.write(2, _CURSOR)
             os._exit(128 + number)
-        wish.stop = True
-        announce()
+        wish.stop, wish.signal = True, number
+        announce(number)
 
     if threading.current_thread() is not threading.main_thread():
         yield wish

@@ -10,17 +10,21 @@ import os
 import secrets
 import shutil
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cached_property
+from glob import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import zarr
+from numpy.typing import NDArray
 
 from runner.batch.block import Block
 from runner.batch.job import Job
-from runner.batch.layout import LAYOUT, Variable, attributes, variables
+from runner.batch.layout import Variable, attributes, variables
+from runner.files import folder_ready
 
 OWN = ".qddot"
 
@@ -34,14 +38,13 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         if not (path / OWN).is_dir() or not (path / "zarr.json").is_file():
-            what = "there is nothing" if not path.exists() else "it is no store of a batch"
-            raise StoreError(f"{path}: {what}; `qddot batch STUDY.toml --out {path}` makes one")
+            raise StoreError(f"{path}: {_found(path)}; `qddot batch STUDY.toml --out PATH` makes a store of a batch")
         self.path = path
 
     @cached_property
     def attributes(self) -> dict[str, Any]:
         """What the store says about its batch, see `layout.attributes`."""
-        return dict(self._group.attrs)
+        return dict(zarr.open_group(str(self.path), mode="r", use_consolidated=False).attrs)
 
     @cached_property
     def _group(self) -> zarr.Group:
@@ -59,6 +62,13 @@ class Store:
     def finished(self) -> set[int]:
         """The blocks that are finished."""
         return {int(marker.stem) for marker in self.markers.glob("[0-9]*.json")}
+
+    def stored(self, runs: int) -> NDArray[np.bool_]:
+        """Which of so many runs are in blocks that are finished (runs,)."""
+        block = int(self.attributes["block"])
+        blocks = np.zeros(-(-runs // block), dtype=np.bool_)
+        blocks[sorted(self.finished())] = True
+        return np.repeat(blocks, block)[:runs]
 
     def notes(self) -> Iterator[dict[str, Any]]:
         """What the markers say: block, runs, failed, steps, wall_time, reasons of refused runs."""
@@ -92,25 +102,55 @@ class Store:
                 synchronize(path)
 
 
+def _found(path: Path) -> str:
+    """What stands where a store was expected."""
+    if path.is_dir():
+        return "an empty folder" if free(path) else "a folder without a store in it"
+    return "a file, and a store is a folder" if path.exists() else "there is nothing"
+
+
+def free(path: Path) -> bool:
+    """Whether a store can be made at a path: nothing is there, or an empty folder."""
+    return not any(path.iterdir()) if path.is_dir() else not path.exists()
+
+
 def create(path: Path, job: Job) -> Store:
-    """A new store of a batch without finished blocks, at a path where nothing is; it appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """A new store of a batch without finished blocks, or the store that is there; it appears whole or not at all.
+
+    Where two processes of this machine want to make it at once, one does.
+    """
+    folder_ready(path.parent)
     aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    for stale in path.parent.glob(f".{path.name}.????????"):
-        shutil.rmtree(stale, ignore_errors=True)
-    try:
-        group = zarr.create_group(str(aside), zarr_format=3, attributes=attributes(job))
-        results = [each.name for each in variables(job) if _create(group, each, job.block)]
-        with warnings.catch_warnings():  # xarray reads consolidated metadata of this format, too
-            warnings.simplefilter("ignore")
-            zarr.consolidate_metadata(str(aside))
-        (aside / OWN / "blocks").mkdir(parents=True)
-        written_down(aside / OWN / "results.json", results)
-        os.rename(aside, path)
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
+    with alone(path.parent):
+        for stale in path.parent.glob(f".{escape(path.name)}.{8 * '[0-9a-f]'}"):
+            shutil.rmtree(stale, ignore_errors=True)
+        if not free(path):
+            return Store(path)
+        try:
+            _fill(aside, job)
+            os.rename(aside, path)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
     synchronize(path.parent)
     return Store(path)
+
+
+def _fill(path: Path, job: Job) -> None:
+    group = zarr.create_group(str(path), zarr_format=3, attributes=attributes(job))
+    results = [each.name for each in variables(job) if _create(group, each, job.block)]
+    with warnings.catch_warnings():  # xarray reads consolidated metadata of this format, too
+        warnings.simplefilter("ignore")
+        zarr.consolidate_metadata(str(path))
+    (path / OWN / "blocks").mkdir(parents=True)
+    written_down(path / OWN / "results.json", results)
+
+
+def remove(path: Path) -> None:
+    """Remove a store: at once, and not while its batch is being computed, which is a StoreError."""
+    aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    with alone(path.parent), locked(path):
+        os.rename(path, aside)
+        shutil.rmtree(aside)
 
 
 def _create(group: zarr.Group, variable: Variable, block: int) -> bool:
@@ -161,44 +201,33 @@ def tidy(path: Path) -> None:
 
 
 @contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Have one process at a time make and remove stores in a folder, where its file system has locks."""
+    import fcntl  # noqa: PLC0415 - of POSIX systems; a lock ends with the process, however it ends
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes of this machine from computing the same batch; StoreError where one does already."""
-    import fcntl  # noqa: PLC0415 - of POSIX systems; the lock ends with the process, however it ends
+    import fcntl  # noqa: PLC0415 - of POSIX systems
 
-    with (path / OWN / "lock").open("w") as file:
+    lock = path / OWN / "lock"
+    with lock.open("w") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise StoreError(f"{path}: another process is computing this batch") from None
+        if not lock.exists() or not os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+            raise StoreError(f"{path}: another process removed this store; give the same command again")
         yield
-
-
-def differences(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
-    """Why a store is not of this batch, in words; nothing where it is."""
-    if stored.get("qddot_layout") != LAYOUT:
-        return [f"the store has layout {stored.get('qddot_layout')}, this version of qddot writes {LAYOUT}"]
-    found = []
-    before, now = (dict(_leaves(json.loads(each["definition"]))) for each in (stored, wanted))
-    for key in sorted({*before, *now}):
-        if before.get(key) != now.get(key):
-            words = [repr(each[key]) if key in each else "not set" for each in (before, now)]
-            found.append(f"{key}: {words[0]} in the store, {words[1]} in the study")
-    if stored["kernel_digest"] != wanted["kernel_digest"]:
-        found.append(f"model {wanted['model']}: its kernels were generated anew since")
-    for name in sorted({*stored["file_digests"], *wanted["file_digests"]}):
-        if stored["file_digests"].get(name) != wanted["file_digests"].get(name) and not found:
-            found.append(f"file {name}: its content changed")
-    if not found and stored["axes_digest"] != wanted["axes_digest"]:
-        found.append("the sampled values of the axes: this version of SciPy or NumPy draws others")
-    return found
-
-
-def _leaves(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    pairs = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
-    if not pairs:
-        yield key, node
-    for name, each in pairs:
-        yield from _leaves(each, f"{key}.{name}" if key else str(name))
 
 
 def dataset(path: Path) -> Any:

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from runner.batch.engine import NOT_RUN
 from runner.batch.results import Results
 from runner.checks import unknown
-from runner.files import written_aside
-from runner.report.figures import COLOURS
+from runner.report.figures import COLOURS, save
 
 #: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
 MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7
@@ -30,18 +29,24 @@ def draw(
     for name in shown:
         if name not in results.metrics:
             raise ValueError(f"--metric: {unknown('metric', name, results.metrics)}")
+        if shown.count(name) > 1:
+            raise ValueError(f"--metric: {name!r} is given twice")
+    if not shown and over:
+        raise ValueError("--over: there are no metrics in this store, and trajectories are drawn over time")
     if runs or not shown:
-        return _saved(_trajectories(results, runs or [int(run) for run in results.finished[:MOST_RUNS]]), path)
+        return save(_trajectories(results, runs or [int(run) for run in results.finished[:MOST_RUNS]]), path)
     axes = list(over) or _longest(results)
     for name in axes:
         if name not in results.axes:
             raise ValueError(f"--over: {unknown('axis', name, results.axes)}")
+        if axes.count(name) > 1:
+            raise ValueError(f"--over: {name!r} is given twice")
     if not len(results.finished):
         raise ValueError(f"{results.path}: no run reached its end, so there is nothing to draw")
     if len(axes) not in (1, 2):
         raise ValueError(f"--over: {len(axes)} axes; a figure shows metrics over one or two: {', '.join(results.axes)}")
     figure = _lines(results, shown, axes[0]) if len(axes) == 1 else _maps(results, shown, axes)
-    return _saved(figure, path)
+    return save(figure, path)
 
 
 def _longest(results: Results) -> list[str]:
@@ -77,7 +82,7 @@ def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
     for name in metrics:
         units.setdefault(results.unit(name), []).append(name)
     panels = list(units.values())
-    figure, axes = _panels(results.title, len(panels))
+    figure, axes = _panels(results.heading, len(panels))
     x, order = _positions(results, axis)
     for panel, names in zip(axes, panels, strict=True):
         colours = iter(COLOURS * 20)
@@ -127,8 +132,9 @@ def _firsts(results: Results, groups: Sequence[int]) -> list[str]:
 
 def _band(panel: Any, x: NDArray[np.float64], y: NDArray[np.float64], name: str, colour: str) -> None:
     """Median and the middle nine tenths over all runs with the same abscissa."""
-    at = np.unique(x)
-    low, middle, high = np.array([np.nanquantile(y[x == each], [0.05, 0.5, 0.95]) for each in at]).T
+    there = np.isfinite(y)
+    at = np.unique(x[there])
+    low, middle, high = np.array([np.quantile(y[there & (x == each)], [0.05, 0.5, 0.95]) for each in at]).T
     panel.plot(at, middle, "-", color=colour, linewidth=1.2, label=f"{name}, median and 90 % of the runs")
     panel.fill_between(at, low, high, color=colour, alpha=0.2, linewidth=0)
 
@@ -147,12 +153,12 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
     for panel, name in zip(panels, metrics, strict=False):
         drawn = _map(panel, x, y, results.column(name))
         figure.colorbar(drawn, ax=panel, label=_label(results, name))
-        best = int(results.best_first(name)[0])
-        panel.plot(x[best], y[best], "*", color="white", markeredgecolor="black", markersize=12, label="best")
+        for best in results.best_first(name)[:1]:
+            panel.plot(x[best], y[best], "*", color="white", markeredgecolor="black", markersize=12, label="best")
         panel.set(xlabel=_label(results, axes[0]), ylabel=_label(results, axes[1]))
         panel.set(xscale=_scale(results, axes[0]), yscale=_scale(results, axes[1]))
         _legend(panel)
-    figure.suptitle(results.title, fontsize="medium")
+    figure.suptitle(results.heading, fontsize="medium")
     return figure
 
 
@@ -177,7 +183,9 @@ def _trajectories(results: Results, runs: Sequence[int]) -> Figure:
     for run in runs:
         if not 0 <= run < len(results.status):
             raise ValueError(f"--runs: there is no run {run}; the runs are 0 to {len(results.status) - 1}")
-    figure, axes = _panels(results.title, len(results.kept))
+        if results.status[run] == NOT_RUN:
+            raise ValueError(f"--runs: run {run} is not computed yet; the batch is {results.partial}")
+    figure, axes = _panels(results.heading, len(results.kept))
     t = results.data["time"].to_numpy()
     for panel, name in zip(axes, results.kept, strict=True):
         for run, colour in zip(runs, COLOURS, strict=False):
@@ -205,10 +213,3 @@ def _legend(panel: Any) -> None:
     entries = len(panel.get_legend_handles_labels()[1])
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
     panel.legend(**above, fontsize="small", frameon=False, ncols=min(2, entries) if entries else 1)
-
-
-def _saved(figure: Figure, path: Path) -> Path:
-    FigureCanvasAgg(figure)
-    with written_aside(path) as aside:
-        figure.savefig(aside, dpi=150, format=path.suffix.removeprefix(".") or "png")
-    return path

@@ -10,9 +10,9 @@ from runner.report.tables import plain_table
 
 
 def wide_console() -> Console:
-    """The terminal; where there is none, lines wide enough for a summary."""
-    console = Console()
-    return console if console.is_terminal else Console(width=120)
+    """The terminal; where there is none, lines wide enough for a summary. Brackets in titles are no markup."""
+    console = Console(markup=False, emoji=False)
+    return console if console.is_terminal else Console(width=120, markup=False, emoji=False)
 
 
 def counts(results: Results) -> str:
