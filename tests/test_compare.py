@@ -302,7 +302,7 @@ def test_equal_equations_exit_with_0_and_slips_with_2(tmp_path, capsys):
     path = tmp_path / "own.txt"
     path.write_text("q_2: m_2*qddot_2 + (k_2 + k_7)*q_2 = -m_2*g")
     assert run(path, "one_axle", "text") == 0
-    assert "1 of 1 equations are equal" in capsys.readouterr().out
+    assert "1 of 1 equation is equal to the one derived" in capsys.readouterr().out
     command = [sys.executable, "qddot.py", "compare", str(path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 2

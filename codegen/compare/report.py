@@ -12,6 +12,7 @@ from codegen.equations.layout import joined, lines
 from codegen.equations.phrases import Formula
 from codegen.equations.typesetter import Typesetter
 from codegen.equations.unicode_script import UnicodeScript, wrapped
+from words import be, counted
 
 _DISPLAY = 38.0
 _KIND, _INDENT = 9, 4
@@ -23,7 +24,9 @@ def summary(accounts: Sequence[Account]) -> str:
     counts = Counter(remark.kind for account in wrong for remark in account.remarks)
     kinds = ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items()))
     different = f"; {len(wrong)} {'differ' if len(wrong) > 1 else 'differs'} ({kinds})" if wrong else ""
-    return f"{len(accounts) - len(wrong)} of {len(accounts)} equations are equal to those derived{different}"
+    equal = len(accounts) - len(wrong)
+    verb, derived = be(1 if len(accounts) == 1 else equal), "the one" if len(accounts) == 1 else "those"
+    return f"{equal} of {counted(len(accounts), 'equation')} {verb} equal to {derived} derived{different}"
 
 
 def text(accounts: Sequence[Account], dotted: frozenset[str], width: int = 100) -> str:

@@ -8,6 +8,7 @@ from scipy.stats import chi2
 
 from runner.identify.fit import Fit
 from runner.identify.problem import Problem
+from words import counted
 
 Vector = NDArray[np.float64]
 
@@ -136,8 +137,9 @@ def _misfit(chi_squared: float, freedom: int, misfit: float) -> list[str]:
         return ["as many unknowns as observations: the fit says nothing about whether the model is right"]
     if misfit < UNLIKELY:
         return [
-            f"the observations are not met within their stated errors (chi squared {chi_squared:.3g} with {freedom} "
-            f"degrees of freedom, probability {misfit:.2g}): the model, an assumption or an observation is wrong, and "
-            f"the standard errors are too small by a factor of about {np.sqrt(chi_squared / freedom):.2g}"
+            f"the observations are not met within their stated errors (chi squared {chi_squared:.3g} with "
+            f"{counted(freedom, 'degree of freedom')}, probability {misfit:.2g}): the model, an assumption or an "
+            "observation is wrong, and the standard errors are too small by a factor of about "
+            f"{np.sqrt(chi_squared / freedom):.2g}"
         ]
     return []

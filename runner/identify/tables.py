@@ -8,6 +8,7 @@ from runner.identify.judge import Judgement
 from runner.identify.problem import Problem
 from runner.identify.store import Estimate
 from runner.report.tables import plain_table
+from words import counted
 
 
 def estimates_table(found: tuple[Estimate, ...]) -> Table:
@@ -33,12 +34,13 @@ def observations_table(problem: Problem, fit: Fit) -> Table:
         else:
             observed = np.array(each.values)
             rms = float(np.sqrt(np.mean((computed - observed) ** 2)))
-            table.add_row(*row, f"{len(observed)} points", "", f"rms {rms:.3g}", f"rms {rms / each.sigma:.3g}")
+            table.add_row(*row, counted(len(observed), "point"), "", f"rms {rms:.3g}", f"rms {rms / each.sigma:.3g}")
     return table
 
 
 def quality(problem: Problem, fit: Fit, judgement: Judgement) -> str:
     """One line: points, runs, chi squared."""
     freedom, chi = judgement.degrees_of_freedom, judgement.chi_squared
-    said = f"{len(fit.residuals)} residuals, {len(problem.names)} unknowns, {fit.runs} runs of {len(problem.cases)} "
-    return said + f"scenarios; chi squared {chi:.4g} with {freedom} degrees of freedom; {fit.message}"
+    said = f"{counted(len(fit.residuals), 'residual')}, {counted(len(problem.names), 'unknown')}, "
+    said += f"{counted(fit.runs, 'run')} of {counted(len(problem.cases), 'scenario')}; chi squared {chi:.4g} with "
+    return said + f"{counted(freedom, 'degree of freedom')}; {fit.message}"

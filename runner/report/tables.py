@@ -10,6 +10,7 @@ from runner.methods import METHODS
 from runner.metrics.table import METRICS
 from runner.modes import Mode
 from runner.solution import Solution
+from words import counted
 
 
 def plain_table(title: str, *columns: str, numbers: int = 0) -> Table:
@@ -60,9 +61,13 @@ def not_finite(solution: Solution) -> list[str]:
 def statistics(solution: Solution, compiled_for: float = 0.0) -> str:
     """One line: method, points, steps, evaluations, time; and the seconds that were spent compiling before."""
     counts = solution.statistics
-    parts = [f"{solution.metadata.get('method', '')}: {counts.steps} steps"]
-    parts += [f"{counts.failed_attempts} failed attempts"] if counts.failed_attempts else []
-    parts += [f"{counts.evaluations} evaluations", f"{len(solution.t)} points", f"{counts.wall_time * 1e3:.1f} ms"]
+    parts = [f"{solution.metadata.get('method', '')}: {counted(counts.steps, 'step')}"]
+    parts += [counted(counts.failed_attempts, "attempt failed")] if counts.failed_attempts else []
+    parts += [
+        counted(counts.evaluations, "evaluation"),
+        counted(len(solution.t), "point"),
+        f"{counts.wall_time * 1e3:.1f} ms",
+    ]
     return ", ".join(parts) + (f"; compiled once in {compiled_for:.1f} s" if compiled_for else "")
 
 
