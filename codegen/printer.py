@@ -1,12 +1,14 @@
 """SymEngine expressions as the Python that numba compiles, in one canonical order of terms and factors."""
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
 import symengine as se
 
 from codegen.convert import MATH_NAMES
 from codegen.rewrite import is_number, leading_number, split_number
+from model.system import ModelError
 
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
 _CONSTANTS = {"Pi": "math.pi", "Exp1": "math.e", "BooleanTrue": "True", "BooleanFalse": "False"}
@@ -15,6 +17,8 @@ _RELATIONS = {"StrictLessThan": "<", "LessThan": "<=", "Equality": "==", "Unequa
 
 #: Integer powers up to this one are written as products.
 _LARGEST_PRODUCT = 4
+#: Integer powers up to this one compile.
+_LARGEST_POWER = 2**31 - 1
 
 
 class Printer:
@@ -55,7 +59,7 @@ class Printer:
         return self._function(expression)
 
     def _number(self, number: Any) -> tuple[str, int]:
-        text = repr(float(number))
+        text = repr(double(number))
         return text, _SUM if text.startswith("-") else _ATOM
 
     def _sum(self, expression: Any) -> str:
@@ -97,6 +101,8 @@ class Printer:
     def _general_power(self, base: Any, exponent: Any) -> tuple[str, int]:
         """As an operator; in lanes, which have no powers of their own, as a function."""
         if isinstance(exponent, se.Integer):
+            if int(exponent) > _LARGEST_POWER:
+                raise ModelError(f"the exponent {_brief(exponent)} is too large: there are powers up to 2**31 - 1")
             return f"{self._within(base, _ATOM)} ** {exponent}", _PRODUCT
         if self._functions != "math.":
             return f"{self._functions}pow({self._print(base)[0]}, {self._print(exponent)[0]})", _ATOM
@@ -136,6 +142,23 @@ class Printer:
         """Where a factor stands in a product: constants first, sums last."""
         ranks = [self._rank.get(symbol, -1) for symbol in expression.free_symbols]
         return isinstance(expression, se.Add), -max(ranks, default=len(self._rank)), self._print(expression)[0]
+
+
+def double(number: Any) -> float:
+    """A number of an expression as a double; ModelError where none is near it."""
+    try:
+        value = float(number)
+    except (ArithmeticError, RuntimeError, TypeError, ValueError):
+        raise ModelError(f"{_brief(number)} is no real number") from None
+    if not isfinite(value) or (value == 0.0 and number != 0):
+        size = "no finite number" if not isfinite(value) else "too small: a double holds 1e-308 and more"
+        raise ModelError(f"the number {_brief(number)} is {size}; choose other units, or let a parameter hold it")
+    return value
+
+
+def _brief(number: Any) -> str:
+    text = str(number)
+    return text if len(text) <= 40 else f"{text[:12]}... of {len(text)} characters"
 
 
 def _is_division(part: Any) -> bool:
