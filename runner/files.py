@@ -68,3 +68,18 @@ def named(stem: str, **tags: Sequence[object]) -> str:
     if plain == words and len(name) <= _LONGEST:
         return name
     return f"{name[:_LONGEST]}_{hashlib.sha256(repr(words).encode()).hexdigest()[:8]}"
+
+
+def named_code(folder: Path, name: str) -> Path:
+    """The path of what may run code, a generated module or a study, as a file in `folder` names it.
+
+    Raises ValueError for an absolute path, one with `..` in it, and one that leads out of the folder by a symbolic
+    link: who reads a folder has read all the code that its files can run.
+    """
+    path = Path(name)
+    if path.is_absolute() or ".." in path.parts or not (folder / path).resolve().is_relative_to(folder.resolve()):
+        raise ValueError(
+            f"{name!r} does not lie below {folder.resolve()}: a file names code below its own folder only, by a "
+            "relative path without .. and without links that lead out of it; put it there, or call from Python"
+        )
+    return folder / path

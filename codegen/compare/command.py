@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 from codegen.compare.difference import compare
@@ -11,6 +12,7 @@ from codegen.compare.tree import CompareError
 from codegen.compare.wording import accounts
 from codegen.lagrange import derive
 from codegen.sources import find
+from model.system import ModelError, System
 
 
 def run(path: Path, name: str | None, form: str) -> int:
@@ -19,7 +21,7 @@ def run(path: Path, name: str | None, form: str) -> int:
     chosen = name or sheet.model
     if chosen is None:
         raise CompareError(f"{path}: says no model; begin it with `model NAME`, or give --model NAME")
-    ((source, system),) = find((chosen,)).items()
+    ((source, system),) = _model(path, name, chosen).items()
     equations = derive(system)
     found = accounts(sheet, equations, compare(sheet, equations))
     dotted = frozenset(map(str, (*equations.coordinates, *equations.inputs)))
@@ -32,3 +34,11 @@ def run(path: Path, name: str | None, form: str) -> int:
         print(f"{path} against what {source} gives\n")
         print(text(found, dotted, min(shutil.get_terminal_size((100, 24)).columns, 120)), end="")
     return 0 if all(each.equal for each in found) else 1
+
+
+def _model(path: Path, given: str | None, chosen: str) -> Mapping[str, System]:
+    """The model by its source; CompareError names the file where that is what asked for it."""
+    try:
+        return find((chosen,))
+    except ModelError as error:
+        raise error if given else CompareError(f"{path}: {error}") from None

@@ -1,7 +1,8 @@
 """A file of hand-written equations.
 
     # a comment, to the end of the line
-    model m113                      the model whose equations they are; the command line may say it instead
+    model m113                      the shipped model whose equations they are; the command line may say it instead,
+                                    and it alone may name a file that defines one, which is run
     symbols l_7 l_8                 names of the file's own, which the model lacks or which do not mean the model's
     let I = I_6                     an abbreviation: the author's name for an expression
     (5) q_1: m_1*qddot_1 + k_1*(q_1 - z_1)
@@ -14,11 +15,11 @@ Expressions are those of `grammar`.
 import re
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
 from codegen.compare.grammar import FUNCTIONS, parse
 from codegen.compare.tree import CompareError, Node, symbols
+from words import nearest
 
 _NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _DIRECTIVE = re.compile(r"(model|symbols|let)\b(?!\s*:)")
@@ -77,12 +78,6 @@ class Sheet:
                 hint = nearest(symbol.name, sorted(names)) or "; there is no name like it"
                 own = f"declare it with `symbols {symbol.name}` if the equations mean a name of their own"
                 raise self.error(symbol.at, f"unknown symbol {symbol.name}{hint}; {own}")
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """The hint at a known name, or nothing."""
-    close = get_close_matches(name, known, n=1)
-    return f"; did you mean {close[0]}?" if close else ""
 
 
 def read(path: Path) -> Sheet:
@@ -151,6 +146,9 @@ class _Builder:
         name = statement.text[start:].strip()
         if not name or " " in name or self._model is not None:
             raise self._error(statement, 0, "expected one model, such as `model m113`, once in a file")
+        if not re.fullmatch(_NAME, name):
+            where = "a file of equations names shipped models only; give the path of one on the command line"
+            raise self._error(statement, 0, f"{name!r} is no model's name: {where}, --model {name}")
         self._model = name
 
     def _declare(self, statement: _Statement, start: int) -> None:

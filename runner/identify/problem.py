@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from runner.checks import unknown
+from runner.files import named_code
 from runner.identify.measure import measured
 from runner.identify.schema import Identification, Observation, Scenario
 from runner.inputs.csv_table import samples_from_csv
@@ -102,7 +103,7 @@ def read(path: Path) -> Problem:
 
 def _case(path: Path, given: Identification, number: int) -> Case:
     scenario = given.scenarios[number]
-    study = path.parent / (scenario.study or given.study)
+    study = _study(path, f"scenarios.{number}.study" if scenario.study else "study", scenario.study or given.study)
     text, tree = read_tree(study, scenario.set)
     if any(each.file for each in scenario.observations):
         units = _units(study_model(check(study, text, tree), study))
@@ -111,6 +112,13 @@ def _case(path: Path, given: Identification, number: int) -> Case:
         read_in = tuple(_with_curve(each, key, units, Amounts(path)) for each, key in pairs)
         scenario = scenario.model_copy(update={"observations": read_in})
     return Case(scenario, study, text, tree, tuple(_observed(each) for each in scenario.observations))
+
+
+def _study(path: Path, key: str, name: str) -> Path:
+    try:
+        return named_code(path.parent, name)
+    except ValueError as error:
+        raise StudyError(f"{place(path, key)}: {error}") from None
 
 
 def _units(model: Model) -> dict[str, str]:

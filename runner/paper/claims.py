@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from runner.checks import unknown
+from runner.files import named_code
 from runner.paper.schema import Claim, Paper, Verdict
 from runner.paper.studies import Studies
 from runner.study.read import StudyError, place
@@ -38,7 +39,7 @@ def read(path: Path) -> Paper:
     """Read settings and claims. Raises StudyError naming file, line and key."""
     try:
         text = path.read_text("utf-8")
-        return Paper.model_validate(tomllib.loads(text))
+        paper = Paper.model_validate(tomllib.loads(text))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise StudyError(f"{path}: {error}") from None
     except ValidationError as error:
@@ -47,6 +48,18 @@ def read(path: Path) -> Paper:
             key = ".".join(map(str, each["loc"]))
             rows.append(f"{place(path, key, text) if key else path}: {each['msg']}, found {each['input']!r}"[:400])
         raise StudyError("\n".join(rows)) from None
+    _check_studies(path, text, paper)
+    return paper
+
+
+def _check_studies(path: Path, text: str, paper: Paper) -> None:
+    named = {f"{name}.study": getattr(paper, name).study for name in ("cost", "firing", "drive", "phase")}
+    named |= {f"claims.{name}.run.study": claim.run.study for name, claim in paper.claims.items() if claim.run}
+    for key, study in named.items():
+        try:
+            named_code(path.parent, study)
+        except ValueError as error:
+            raise StudyError(f"{place(path, key, text)}: {error}") from None
 
 
 def judge(paper: Paper, studies: Studies, numbers: Mapping[str, float]) -> tuple[Judged, ...]:

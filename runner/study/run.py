@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from runner.checks import unknown
+from runner.files import named_code
 from runner.load import Model, load
 from runner.simulate import simulate
 from runner.solution import Solution
@@ -60,10 +61,10 @@ def settings(study: Study, model: Model, path: Path) -> dict[str, Any]:
 
 
 def study_model(study: Study, path: Path) -> Model:
-    """The study's model; a generated module named by a path is looked for beside the study."""
+    """The study's model; a generated module named by a path lies below the study's folder, see `named_code`."""
     own = study.model.endswith(".py") or "/" in study.model
     try:
-        return load(path.parent / study.model if own else study.model)
+        return load(named_code(path.parent, study.model) if own else study.model)
     except ValueError as error:
         raise StudyError(f"{place(path, 'model')}: {error}") from error
 
