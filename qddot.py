@@ -22,6 +22,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
+from words import nearest
+
 _PUBLIC = {
     "EquilibriumError": "runner.equilibrium",
     "Event": "runner.events.kinds",
@@ -69,7 +71,8 @@ __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the sorted keys are a list of names
 def __getattr__(name: str) -> Any:
     """A public name, imported from the room it lives in."""
     if name not in _PUBLIC:
-        raise AttributeError(f"module 'qddot' has no attribute {name!r}")
+        hint = "" if name.startswith("_") else nearest(name, _PUBLIC)
+        raise AttributeError(f"module 'qddot' has no attribute {name!r}{hint}")
     return getattr(import_module(_PUBLIC[name]), name)
 
 
@@ -159,7 +162,8 @@ _COMMANDS = {
         (
             _MODELS,
             _path("--into", "Folder to write to; generated/ for the shipped models."),
-            _flag("--check", "Write nothing; print what differs, and exit with 1."),
+            _flag("--check", "Write nothing; say which files differ, and exit with 1 where one does."),
+            _flag("--diff", "With --check: print how they differ."),
         ),
     ),
     "equations": _Command(
@@ -291,12 +295,48 @@ _COMMANDS = {
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="qddot", description=_ABOUT, allow_abbrev=False)
+    parser.add_argument(
+        "--version", action=_Version, nargs=0, default=argparse.SUPPRESS, help="Print the version, and exit."
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, command in _COMMANDS.items():
         own = commands.add_parser(name, help=command.help, description=command.help, allow_abbrev=False)
         for names, settings in command.arguments:
             own.add_argument(*names, **settings)
     return parser
+
+
+class _Version(argparse.Action):
+    """Prints the version, which is looked up when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"qddot {version('qddot')}")
+        except PackageNotFoundError:
+            print("qddot, run from its folder: it is not installed, so it has no version")
+        parser.exit()
+
+
+def _arguments(words: Sequence[str]) -> dict[str, Any]:
+    """What is given, by name; exits with 2 and one message, the nearest name in it, where there is no such thing."""
+    parser = _parser()
+    options = ("-h", "--help", "--version")
+    if words[0] not in (*_COMMANDS, *options):
+        kind, known = ("option", options) if words[0].startswith("-") else ("command", tuple(_COMMANDS))
+        hint = nearest(words[0], known) or "; `qddot --help` lists them all"
+        parser.error(f"there is no {kind} {words[0]!r}{hint}")
+    given, rest = parser.parse_known_args(words)
+    if rest:
+        own = {name for each in _COMMANDS[given.command].arguments for name in each.names if name.startswith("-")}
+        extra = next((word for word in rest if word.startswith("-")), None)
+        if extra is None:
+            parser.error(f"{given.command} takes no further {rest[0]!r}; see `qddot {given.command} --help`")
+        option = extra.partition("=")[0]
+        hint = nearest(option, own) or f"; see `qddot {given.command} --help`"
+        parser.error(f"{given.command} has no option {option!r}{hint}")
+    return vars(given)
 
 
 def _start_quickly() -> None:
@@ -323,7 +363,7 @@ def _terminated(number: int, frame: object) -> NoReturn:
 def main() -> None:
     """Run the command line; what a person gave wrongly ends in one message, never in a traceback."""
     _start_quickly()
-    given = vars(_parser().parse_args(sys.argv[1:] or ["--help"]))
+    given = _arguments(sys.argv[1:] or ["--help"])
     signal.signal(signal.SIGTERM, _terminated)
     try:
         status = _COMMANDS[given.pop("command")].function(**given)

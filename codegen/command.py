@@ -3,15 +3,18 @@
 from pathlib import Path
 
 import model
-from codegen.generate import apply, changes
+from codegen.generate import Change, apply, changes
 from codegen.sources import find
+from words import be, counted
 
 #: Where the shipped models' files are.
 GENERATED = Path(model.__file__).parent.parent / "generated"
 
 
-def generate(names: tuple[str, ...], into: Path | None, check: bool) -> int:
-    """Write the files of models, or with `check` print how they differ and give 1 where they do."""
+def generate(names: tuple[str, ...], into: Path | None, check: bool, diff: bool) -> int:
+    """Write the files of models; or with `check` say which differ, with `diff` how, and give 1 where one does."""
+    if diff and not check:
+        raise ValueError("--diff says how files differ, which --check looks for: give both, or neither")
     systems = find(names)
     folder = into or GENERATED
     own = [source for source in systems if not source.startswith("model/")]
@@ -19,17 +22,32 @@ def generate(names: tuple[str, ...], into: Path | None, check: bool) -> int:
         raise ValueError(f"{own[0]} is a model of your own: say where its files go, with --into FOLDER")
     found = changes(systems, folder, whole=not names and into is None)
     if check:
-        for change in found:
-            print(change.diff(), end="")
-        print(f"{len(found)} files are stale; run `make generate`" if found else f"{folder} is what the models give")
-        return 1 if found else 0
+        return _judge(found, folder, diff)
     apply(found)
     for change in found:
         print(f"{'removed' if change.after is None else 'wrote'} {shown(change.path)}")
     untouched = 2 * len(systems) - sum(change.after is not None for change in found)
     if untouched:
-        print(f"{untouched} files are as the models give them")
+        print(f"{counted(untouched, 'file')} {be(untouched)} as the models give {'it' if untouched == 1 else 'them'}")
     return 0
+
+
+def _judge(found: list[Change], folder: Path, diff: bool) -> int:
+    """Print which files are stale, the verdict first, and behind the differences once more."""
+    if not found:
+        print(f"{shown(folder)} is what the models give")
+        return 0
+    them = "it" if len(found) == 1 else "them"
+    verdict = f"{counted(len(found), 'file')} {be(len(found))} stale; --diff shows how; without --check, "
+    verdict += f"the same command writes {them}"
+    print(verdict)
+    for change in found:
+        print(f"  {change.kind:9}{shown(change.path)}")
+    if diff:
+        for change in found:
+            print(change.diff(), end="")
+        print(verdict)
+    return 1
 
 
 def shown(path: Path) -> Path:

@@ -2,12 +2,14 @@
 
 import importlib
 import importlib.util
+import reprlib
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
 
 import model
+from codegen.slips import explained
 from model.system import ModelError, System
+from words import nearest
 
 _MODELS = Path(model.__file__).parent
 
@@ -21,16 +23,17 @@ def shipped(name: str) -> System:
     """The model of that name; raises ModelError with the nearest name where there is none."""
     names = shipped_names()
     if name not in names:
-        close = get_close_matches(name, names, n=1)
-        hint = f"; did you mean {close[0]}?" if close else ""
-        raise ModelError(f"there is no model {name!r}{hint} (models: {', '.join(names)}; or a file, path/to/model.py)")
-    return _checked(importlib.import_module(f"model.{name}").system(), f"model/{name}.py")
+        hint = f"{nearest(name, names)} (models: {', '.join(names)}; or a file, path/to/model.py)"
+        raise ModelError(f"there is no model {name!r}{hint}")
+    with explained(_MODELS / f"{name}.py"):
+        return _checked(importlib.import_module(f"model.{name}").system())
 
 
 def from_file(path: Path) -> System:
     """The model that a file's function `system()` gives.
 
-    The file is the user's own program and is run as such. Raises ModelError where it cannot be.
+    The file is the user's own program and is run as such. Raises ModelError where it cannot be, in one line that names
+    the file, the line and, for a name that does not exist, the nearest one.
     """
     if not path.is_file():
         raise ModelError(f"{path}: there is no such file")
@@ -38,20 +41,11 @@ def from_file(path: Path) -> System:
     if spec is None or spec.loader is None:
         raise ModelError(f"{path}: expected a Python file, path/to/model.py")
     module = importlib.util.module_from_spec(spec)
-    try:
+    with explained(path):
         spec.loader.exec_module(module)
-    except ModelError:
-        raise
-    except Exception as error:
-        raise ModelError(f"{path}: {type(error).__name__}: {error}{_line(error, path)}") from error
-    if not callable(getattr(module, "system", None)):
-        raise ModelError(f"{path}: expected a function system() that gives a model.system.System")
-    try:
-        return _checked(module.system(), str(path))
-    except ModelError as error:
-        raise ModelError(f"{path}: {error}") from error
-    except Exception as error:
-        raise ModelError(f"{path}: system(): {type(error).__name__}: {error}{_line(error, path)}") from error
+        if not callable(getattr(module, "system", None)):
+            raise ModelError("expected a function system() that gives a model.system.System")
+        return _checked(module.system())
 
 
 def find(names: tuple[str, ...]) -> Mapping[str, System]:
@@ -66,17 +60,7 @@ def find(names: tuple[str, ...]) -> Mapping[str, System]:
     return found
 
 
-def _checked(system: object, source: str) -> System:
+def _checked(system: object) -> System:
     if not isinstance(system, System):
-        raise ModelError(f"{source}: system() gives a {type(system).__name__}, expected a model.system.System")
+        raise ModelError(f"system() gives {reprlib.repr(system)}, expected a model.system.System")
     return system
-
-
-def _line(error: Exception, path: Path) -> str:
-    """Where in the user's file it went wrong."""
-    trace, line = error.__traceback__, 0
-    while trace is not None:
-        if Path(trace.tb_frame.f_code.co_filename) == path:
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return f" (line {line})" if line else ""

@@ -21,7 +21,7 @@ from runner.report.tables import methods, metrics, modal_table, model_tables, no
 from runner.solution import Solution
 from runner.study.library import SHIPPED, entries
 from runner.study.overrides import parsed
-from runner.study.read import StudyError, read
+from runner.study.read import StudyError, read, what_it_holds
 from runner.study.row import row_of
 from runner.study.run import run
 from runner.study.schema import Study
@@ -124,6 +124,10 @@ def show(name: str, parameters: str | None, into: Path) -> int:
     """Show a study's inputs; or a model's tables and, with one or each of its parameter sets, equilibrium and modes."""
     if Path(name).suffix == ".toml":
         return show_inputs(Path(name), into)
+    if found := what_it_holds(Path(name)) if Path(name).suffix != ".py" else "":
+        raise ValueError(f"{name} {found}; expected the name of a model, a generated module, or a study")
+    if (STUDIES / f"{name}.toml").is_file():
+        raise ValueError(f"{name} is no model but a study: qddot show studies/{name}.toml")
     console = Console()
     model = load(name)
     kind = "linear" if model.tables.linear else "nonlinear"

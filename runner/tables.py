@@ -69,6 +69,11 @@ class Tables:
 
 def read_tables(module: ModuleType) -> Tables:
     """The checked tables of a generated module; raises LoadError naming the table and the row."""
+    if callable(getattr(module, "system", None)) and not hasattr(module, "NAME"):
+        raise LoadError(
+            f"{module.__file__} defines a model, and is no generated module: `qddot generate {module.__file__} "
+            "--into FOLDER` writes the module to give here"
+        )
     tables = Tables(
         name=_entry(module, "NAME", str),
         title=_entry(module, "TITLE", str),

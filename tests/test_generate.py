@@ -112,10 +112,14 @@ def test_check_prints_a_diff_and_exits_with_1(tmp_path):
     assert (clean.returncode, clean.stdout.strip()) == (0, f"{tmp_path} is what the models give")
     file = tmp_path / "quarter_car.py"
     file.write_text(file.read_text().replace("z_s - z_u", "z_u - z_s"))
-    stale = qddot("generate", "quarter_car", "--into", tmp_path, "--check")
+    stale = qddot("generate", "quarter_car", "--into", tmp_path, "--check", "--diff")
     assert stale.returncode == 1
     assert "+    delta_s = z_s - z_u" in stale.stdout
-    assert "1 files are stale; run `make generate`" in stale.stdout
+    first, *_, last = stale.stdout.splitlines()
+    assert first == last
+    assert first.startswith("1 file is stale; --diff shows how; without --check, the same command writes it")
+    brief = qddot("generate", "quarter_car", "--into", tmp_path, "--check")
+    assert brief.stdout.splitlines() == [first, f"  stale    {tmp_path / 'quarter_car.py'}"]
 
 
 def test_a_model_of_ones_own_is_generated_into_a_folder_and_runs(tmp_path):
@@ -133,11 +137,11 @@ def test_a_model_of_ones_own_is_generated_into_a_folder_and_runs(tmp_path):
 
 BAD_FILES = {
     "missing.py": (None, "there is no such file"),
-    "syntax.py": ("def system(:\n", "SyntaxError"),
-    "raises.py": ("x = 1\ny = x / 0\n", "ZeroDivisionError: division by zero (line 2)"),
+    "syntax.py": ("def system(:\n", "line 1, column 12: this is no Python: invalid syntax in `def system(:`"),
+    "raises.py": ("x = 1\ny = x / 0\n", "line 2: ZeroDivisionError: division by zero in `y = x / 0`"),
     "empty.py": ("x = 1\n", "expected a function system()"),
-    "number.py": ("def system():\n    return 3\n", "system() gives a int, expected a model.system.System"),
-    "slip.py": (OWN.replace("k * x**2 / 2", "kk * x**2 / 2"), "NameError: name 'kk' is not defined (line 10)"),
+    "number.py": ("def system():\n    return 3\n", "system() gives 3, expected a model.system.System"),
+    "slip.py": (OWN.replace("k * x**2 / 2", "kk * x**2 / 2"), "line 10: NameError: name 'kk' is not defined in `"),
     "undeclared.py": (OWN.replace("k * x**2 / 2", "symbols('kk') * x"), "did you mean k?"),
     "name.py": (OWN.replace('name="own"', 'name="../own"'), "'../own' is not a valid identifier"),
 }

@@ -15,6 +15,18 @@ from runner.study.library import completed
 from runner.study.overrides import Tree, changed
 from runner.study.schema import Study
 
+#: What is expected of a person who gives another file.
+EXPECTED = "expected a study, a TOML file; `qddot list studies` names some"
+#: What files hold that are taken for studies, by the ending.
+_OTHERS = {
+    ".py": "is Python; `qddot generate FILE --into FOLDER` makes kernels of a model, and a study names them by `model`",
+    ".nc": "holds the results of a run; xarray.open_dataset opens it",
+    ".zarr": "is the store of a batch; `qddot summary`, `plot` and `export` read it",
+    ".csv": "is a table; a study names it in an input, `file = ...`",
+    ".txt": "is a text; `qddot compare` reads equations",
+    ".ipynb": "is a notebook",
+}
+
 
 class StudyError(ValueError):
     """A study that cannot be run; the message names the file, the line and the key."""
@@ -31,10 +43,14 @@ def read(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
 
 def read_tree(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[str, Tree]:
     """The text of a study file and its tables, changed but not checked. Raises StudyError where it is no TOML."""
+    if found := what_it_holds(path):
+        raise StudyError(f"{path} {found}; {EXPECTED}")
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         raise StudyError(f"{path}: there is no such file{_nearest_file(path)}") from None
+    except IsADirectoryError:
+        raise StudyError(f"{path} is a folder; {EXPECTED}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path}: {error}") from None
     try:
@@ -158,6 +174,11 @@ def _line(text: str, key: list[str]) -> int | None:
         if key[: len(here)] == here and (best is None or len(here) > best[0]):
             best = (len(here), number)
     return best[1] if best else None
+
+
+def what_it_holds(path: Path) -> str:
+    """What a file that cannot be a study is, by its ending: "is Python; ..."; empty for any other."""
+    return _OTHERS.get(path.suffix.lower(), "")
 
 
 def _nearest_file(path: Path) -> str:
