@@ -1,4 +1,4 @@
-"""Checks of what a person gives: names that exist, numbers that are finite."""
+"""Checks of what a person gives: names that exist, numbers that are finite, whole, in a row."""
 
 import difflib
 import math
@@ -8,32 +8,107 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+#: Characters of a wrong value that a message shows, and the largest whole number that compiled code takes.
+SHOWN, MOST_WHOLE = 200, 2**63 - 1
+
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:
     """The message for a name that is not among those known: what was found, the nearest one, all of them."""
     names = list(known)
+    text = name if isinstance(name, str) else shown(name)
     if not names:
-        return f"unknown {kind} {name!r}: there is none"
+        return f"unknown {kind} {shown(name)}: there is none"
     lowered = {each.lower(): each for each in reversed(names)}
-    nearest = difflib.get_close_matches(str(name).lower(), lowered, n=1, cutoff=0.0)[0]
-    return f"unknown {kind} {name!r}; did you mean {lowered[nearest]!r}? There are: {_listed(names)}"
+    nearest = difflib.get_close_matches(text.lower(), lowered, n=1, cutoff=0.0)[0]
+    return f"unknown {kind} {shown(name)}; did you mean {lowered[nearest]!r}? There are: {_listed(names)}"
+
+
+def shown(value: object) -> str:
+    """A value as messages show it: on one line, and not for ever."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # an integer of thousands of digits
+        text = f"a huge {type(value).__name__}"
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
+
+
+def number(what: str, value: Any) -> float:
+    """The value as a float, perhaps infinite or NaN; raises ValueError naming `what` if it is no number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ValueError(f"{what} is {shown(value)}, expected a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{what} is {shown(value)}, expected a finite number") from None
 
 
 def finite(what: str, value: Any) -> float:
     """The value as a float; raises ValueError naming `what` if it is no finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ValueError(f"{what} is {value!r}, expected a number")
-    if not math.isfinite(value):
-        raise ValueError(f"{what} is {value!r}, expected a finite number")
-    return float(value)
+    found = number(what, value)
+    if not math.isfinite(found):
+        raise ValueError(f"{what} is {shown(value)}, expected a finite number")
+    return found
+
+
+def positive(what: str, value: Any, expected: str = "a number") -> float:
+    """The value as a float; raises ValueError naming `what` if it is no finite number greater than 0."""
+    found = finite(what, value)
+    if not found > 0:
+        raise ValueError(f"{what} is {shown(value)}, expected {expected} greater than 0")
+    return found
+
+
+def whole(what: str, value: Any, least: int = 1, most: int = MOST_WHOLE) -> int:
+    """The value as an int; raises ValueError naming `what` if it is no whole number from `least` to `most`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise ValueError(f"{what} is {shown(value)}, expected a whole number, at least {least}")
+    if not least <= value <= most:
+        limit = f", at most {most}" if value > most else ""
+        raise ValueError(f"{what} is {shown(value)}, expected a whole number, at least {least}{limit}")
+    return int(value)
+
+
+def direction(what: str, value: Any) -> int:
+    """The value, which way something is crossed; raises ValueError naming `what` if it is not -1, 0 or 1."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value not in (-1, 0, 1):
+        raise ValueError(f"{what} is {shown(value)}, expected -1, 0 or 1")
+    return int(value)
+
+
+def flag(what: str, value: Any) -> bool:
+    """The value as a bool; raises ValueError naming `what` if it is neither True nor False."""
+    if not isinstance(value, bool | np.bool_):
+        raise ValueError(f"{what} is {shown(value)}, expected True or False")
+    return bool(value)
+
+
+def numbers(what: str, values: Any, expected: str = "numbers") -> NDArray[np.float64]:
+    """A new float64 array, perhaps with infinities and NaN; raises ValueError naming `what` for anything but numbers.
+
+    Texts, truth values and objects are refused, which numpy would turn into numbers where it can.
+    """
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError, OverflowError):  # rows of different lengths
+        array = np.asarray("")
+    if array.dtype.kind not in "iuf":
+        raise ValueError(f"{what} is {shown(values)}, expected {expected}")
+    return np.array(array, dtype=np.float64)
+
+
+def row(what: str, values: Any, expected: str = "a row of finite numbers") -> NDArray[np.float64]:
+    """A new array (n,) of finite numbers; raises ValueError naming `what`, and the place of one that is not finite."""
+    array = numbers(what, values, expected)
+    if array.ndim != 1:
+        raise ValueError(f"{what} has shape {array.shape}, expected {expected}")
+    for i in np.flatnonzero(~np.isfinite(array))[:1]:
+        raise ValueError(f"{what}[{i}] is {array[i]}, expected {expected}")
+    return array
 
 
 def finite_state(what: str, values: ArrayLike, names: Sequence[str], called: str = "initial") -> NDArray[np.float64]:
     """A new state x (n_states,); raises ValueError naming `what`, as it is called, and the state that is not finite."""
-    try:
-        x = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{what}: {called} is {values!r}, expected {len(names)} numbers") from None
+    x = numbers(f"{what}: {called}", values, f"{len(names)} numbers")
     if x.shape != (len(names),):
         raise ValueError(f"{what}: {called} has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
     for i in np.flatnonzero(~np.isfinite(x))[:1]:

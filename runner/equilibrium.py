@@ -16,7 +16,7 @@ from runner.inertia import singular_mass
 from runner.inputs.bind import bind
 from runner.inputs.reader import evaluate, reader_for
 from runner.inputs.signal import InputTable, Signal
-from runner.load import Model, Parameters
+from runner.load import Model, Parameters, as_model
 
 Vector = NDArray[np.float64]
 #: Where the search for a static state starts: coordinates by name (the others 0), or a state (n_states,).
@@ -56,6 +56,7 @@ def equilibrium(
     where they are not finite (naming the coordinates, and the singular mass matrix where it is one), or where the state
     can be moved without force (naming the coordinates that move).
     """
+    model, t0 = as_model(model), finite("t0", t0)
     c = model.constants(model.parameter_values(parameters))
     return rest(model, c, bind(model.tables, inputs), t0, guess)
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import generated
 from runner import abi
-from runner.checks import finite, finite_state, unknown
+from runner.checks import finite, finite_state, shown, unknown
 from runner.compiled import keeping_module
 from runner.tables import LoadError, Tables, read_tables
 
@@ -31,10 +31,25 @@ Parameters = str | Mapping[str, float] | tuple[str | None, Mapping[str, float]] 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A generated model: its tables and its kernels, which compile when first asked for."""
+    """A generated model: its tables and its kernels, which compile when first asked for.
+
+    source: what `load` found it by, a name in `generated` or a path; digest: of the module's text. That is all that a
+    pickled model carries: it is loaded again where it is unpickled, and must be the same there. A copy is the model.
+    """
 
     tables: Tables
     module: ModuleType
+    source: str = ""
+    digest: str = ""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickled, (self.name, self.source, self.digest)
+
+    def __copy__(self) -> "Model":
+        return self
+
+    def __deepcopy__(self, known: dict[int, Any]) -> "Model":
+        return self
 
     @property
     def name(self) -> str:
@@ -110,16 +125,19 @@ class Model:
             raise ValueError(f"model {self.name}: the position of {name} is not finite{self._zeros(p, name)}")
         return dict(zip(names, places.tolist(), strict=True))
 
-    def state(self, values: Mapping[str, float] | ArrayLike) -> NDArray[np.float64]:
-        """A state x (n_states,), from an array or by name (the others are 0), checked to be finite."""
+    def state(self, values: Mapping[str, float] | ArrayLike, called: str = "initial") -> NDArray[np.float64]:
+        """A state x (n_states,), from an array or by name (the others are 0), checked to be finite.
+
+        called: what messages call it.
+        """
         if isinstance(values, Mapping):
             x = np.zeros(len(self.state_names))
             for name, value in values.items():
                 if name not in self.state_names:
                     raise ValueError(f"model {self.name}: {unknown('state', name, self.state_names)}")
-                x[self.state_names.index(name)] = finite(f"model {self.name}: initial {name}", value)
+                x[self.state_names.index(name)] = finite(f"model {self.name}: {called} {name}", value)
             return x
-        return finite_state(f"model {self.name}", values, self.state_names)
+        return finite_state(f"model {self.name}", values, self.state_names, called)
 
     def _zeros(self, p: NDArray[np.float64], constant: str) -> str:
         """What is likely behind a constant that is not finite: parameters that are zero, those it names first."""
@@ -133,9 +151,11 @@ def _set_and_overrides(parameters: Parameters) -> tuple[str | None, Mapping[str,
         return parameters, {}
     if isinstance(parameters, Mapping):
         return None, parameters
-    if isinstance(parameters, tuple) and len(parameters) == 2 and isinstance(parameters[1], Mapping):
-        return parameters
-    raise ValueError(f"parameters is {parameters!r}, expected a set's name, values by name, or (name, values)")
+    if isinstance(parameters, tuple) and len(parameters) == 2:
+        name, values = parameters
+        if (name is None or isinstance(name, str)) and isinstance(values, Mapping):
+            return name, values
+    raise ValueError(f"parameters is {shown(parameters)}, expected a set's name, values by name, or (name, values)")
 
 
 def available() -> tuple[str, ...]:
@@ -150,10 +170,49 @@ def load(name_or_path: str | Path) -> Model:
     Raises LoadError where there is none (with the nearest name), where the module cannot be imported, or where its
     tables and kernels are not as they should be.
     """
+    if not isinstance(name_or_path, str | Path):
+        raise LoadError(f"name_or_path is {shown(name_or_path)}, expected a model's name or the path of a module")
     path = Path(name_or_path)
     by_path = isinstance(name_or_path, Path) or path.suffix == ".py" or len(path.parts) > 1
     module = _module_at(path) if by_path else _generated_module(str(name_or_path))
-    return Model(read_tables(module), module)
+    source = str(path.resolve()) if by_path else str(name_or_path)
+    digest = _digest(module)
+    known = _loaded.get((source, digest))
+    if known is None or known.module is not module:
+        known = _loaded[source, digest] = Model(read_tables(module), module, source, digest)
+    return known
+
+
+#: Models by source and digest, for those that are unpickled where they have been loaded before.
+_loaded: dict[tuple[str, str], Model] = {}
+
+
+def as_model(model: Any) -> Model:
+    """The model itself; ValueError for anything else, saying how to get one."""
+    if isinstance(model, Model):
+        return model
+    how = f"qddot.load({model!r})" if isinstance(model, str) else "what qddot.load gives"
+    raise ValueError(f"model is {shown(model)}, expected a model: {how}")
+
+
+def _digest(module: ModuleType) -> str:
+    """SHA-256 of the text that this module was made from: of its file when it was first loaded."""
+    text = Path(module.__file__ or "").read_bytes()
+    digest: str = vars(module).setdefault("_qddot_digest", hashlib.sha256(text).hexdigest())
+    return digest
+
+
+def _unpickled(name: str, source: str, digest: str) -> Model:
+    """The model that was pickled, loaded by its name or path; LoadError where it is another one here."""
+    if (source, digest) in _loaded:
+        return _loaded[source, digest]
+    model = load(Path(source) if Path(source).is_absolute() else source)
+    if model.digest != digest:
+        raise LoadError(
+            f"model {name}: {model.module.__file__} is not the module that was pickled: its digest is "
+            f"{model.digest[:12]}, expected {digest[:12]}; generate it again from the same model"
+        )
+    return model
 
 
 def _generated_module(name: str) -> ModuleType:

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from runner.checks import unknown
+from runner.checks import shown, unknown
 from runner.options import Options
 from runner.problem import Problem, Trajectory
 
@@ -33,6 +33,11 @@ class Method:
     integrate: Callable[[Problem, "Method", Options], Trajectory]
     tableau: "ButcherTableau | None" = None
     pair: "EmbeddedPair | None" = None
+
+    def __reduce__(self) -> Any:
+        """A method of the table is pickled by its name."""
+        known = self.name in _HOMES and METHODS[self.name] is self
+        return (find_method, (self.name,)) if known else super().__reduce__()
 
 
 #: Name -> the module whose METHODS hold the method; a new method is its name here and its line there.
@@ -63,6 +68,8 @@ METHODS: Mapping[str, Method] = _Methods()
 
 def find_method(name: str) -> Method:
     """The method of this name; raises ValueError with the nearest name that exists."""
+    if not isinstance(name, str):
+        raise ValueError(f"method is {shown(name)}, expected a method's name, such as 'rk4'")
     if name in _HOMES:
         return METHODS[name]
     raise ValueError(unknown("method", name, METHODS))

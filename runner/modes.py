@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from runner.checks import finite
 from runner.equilibrium import rest
 from runner.inputs.bind import bind
 from runner.inputs.reader import evaluate, reader_for
 from runner.inputs.signal import Signal
-from runner.load import Model, Parameters
+from runner.load import Model, Parameters, as_model
 
 
 class ModesError(ValueError):
@@ -59,9 +60,10 @@ def modes(
 
     Raises EquilibriumError where there is no static state, ModesError where the equations cannot be linearized at it.
     """
+    model, t0 = as_model(model), finite("t0", t0)
     c = model.constants(model.parameter_values(parameters))
     table = bind(model.tables, inputs)
-    x = rest(model, c, table, t0) if state is None else model.state(state)
+    x = rest(model, c, table, t0) if state is None else model.state(state, "state")
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
     J = np.zeros((len(x), len(x)))

@@ -1,13 +1,16 @@
 """How a run is to be integrated: every option of every family of methods, checked when it is given."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import finite
+from runner.checks import flag, numbers, positive, shown, whole
+
+#: Of the numerical differentiation formulas.
+MOST_ORDER = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,11 +18,11 @@ class Options:
     """Options of an integration; a method reads those of its family.
 
     step: step size in s, fixed-step methods only (required there).
-    output_times: times (n,), rising, at which to save; start and end are always saved.
+    output_times: times (n,), in the order of the run, at which to save; start and end are always saved.
     every: save every so many grid steps instead (fixed-step methods); None saves about 5000 points.
     progress: called with the fraction done, 0 to 1. time_limit: seconds of wall time.
     divergence_limit: a state of this magnitude counts as diverged, even though still finite.
-    rtol, atol: error tolerances of adaptive methods; atol a scalar or one per state (n_states,).
+    rtol, atol: error tolerances of adaptive methods, each a scalar or one per state (n_states,).
     max_step, first_step: in s. max_steps: accepted steps. refine: points saved per step by dense output.
     events: see `events`. controller: step-size controller of an adaptive method; None takes the method's own.
     max_order, bdf: of the numerical differentiation formulas (ode15s).
@@ -32,7 +35,7 @@ class Options:
     progress: Callable[[float], None] | None = None
     time_limit: float | None = None
     divergence_limit: float = 1e100
-    rtol: float = 1e-3
+    rtol: Any = 1e-3
     atol: Any = 1e-6
     max_step: float | None = None
     first_step: float | None = None
@@ -46,47 +49,68 @@ class Options:
     def __post_init__(self) -> None:
         """Check each value; arrays become read-only float64."""
         for name in ("step", "time_limit", "divergence_limit", "max_step", "first_step"):
-            self._check_positive(name)
+            if getattr(self, name) is not None or name == "divergence_limit":
+                positive(name, getattr(self, name))
         for name in ("every", "max_steps", "refine"):
-            self._check_count(name)
-        if not 1 <= self.max_order <= 5:
-            raise ValueError(f"max_order is {self.max_order!r}, expected an order from 1 to 5")
-        if not 0 < finite("rtol", self.rtol) < 1:
-            raise ValueError(f"rtol is {self.rtol!r}, expected a number between 0 and 1, such as 1e-6")
-        self._freeze("atol", np.asarray(self.atol, dtype=np.float64))
-        if not (np.isfinite(self.atol) & (self.atol >= 0)).all() or self.atol.ndim > 1:
-            raise ValueError(f"atol is {self.atol!r}, expected a number >= 0 or one for each state")
+            if getattr(self, name) is not None:
+                whole(name, getattr(self, name))
+        if not 1 <= whole("max_order", self.max_order) <= MOST_ORDER:
+            raise ValueError(f"max_order is {self.max_order!r}, expected an order from 1 to {MOST_ORDER}")
+        flag("bdf", self.bdf)
+        if not (self.controller is None or isinstance(self.controller, str)):
+            raise ValueError(f"controller is {shown(self.controller)}, expected the name of one")
+        if not (self.progress is None or callable(self.progress)):
+            raise ValueError(f"progress is {shown(self.progress)}, expected a function of the fraction done")
+        self._check_tolerances()
         if self.output_times is not None:
             self._freeze("output_times", _rising_times(self.output_times))
             if self.every is not None:
                 raise ValueError("output_times and every are both given; give the one that says what to save")
+        if isinstance(self.events, str | Mapping) or not isinstance(self.events, Iterable):
+            raise ValueError(f"events is {shown(self.events)}, expected a list of events, see qddot.crossing")
         object.__setattr__(self, "events", tuple(self.events))
 
-    def _check_positive(self, name: str) -> None:
-        value = getattr(self, name)
-        if value is not None and not finite(name, value) > 0:
-            raise ValueError(f"{name} is {value!r}, expected a number greater than 0")
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Unpickled options are checked again, and their arrays read-only."""
+        return Options, tuple(getattr(self, each.name) for each in fields(self))
 
-    def _check_count(self, name: str) -> None:
-        value = getattr(self, name)
-        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-        if value is not None and not (whole and value >= 1):
-            raise ValueError(f"{name} is {value!r}, expected a whole number, at least 1")
+    @property
+    def least_rtol(self) -> float:
+        """The relative tolerance, the least where states have their own."""
+        return float(np.min(self.rtol))
+
+    def tolerances(self, n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The relative and absolute tolerances of n states, each (n,); ValueError naming one of another length."""
+        found = []
+        for name in ("rtol", "atol"):
+            value = np.asarray(getattr(self, name), dtype=np.float64)
+            if value.ndim == 1 and len(value) != n:
+                raise ValueError(f"{name} has {len(value)} entries, expected one number or one for each of {n} states")
+            found.append(np.array(np.broadcast_to(value, n)))
+        return found[0], found[1]
+
+    def _check_tolerances(self) -> None:
+        rtol = numbers("rtol", self.rtol, "a number between 0 and 1, or one for each state")
+        if rtol.ndim > 1 or not rtol.size or not ((rtol > 0) & (rtol < 1)).all():
+            raise ValueError(f"rtol is {shown(self.rtol)}, expected a number between 0 and 1, such as 1e-6")
+        if rtol.ndim == 1:
+            self._freeze("rtol", rtol)
+        self._freeze("atol", numbers("atol", self.atol, "a number >= 0 or one for each state"))
+        if not (np.isfinite(self.atol) & (self.atol >= 0)).all() or self.atol.ndim > 1 or not self.atol.size:
+            raise ValueError(f"atol is {shown(self.atol)}, expected a number >= 0 or one for each state")
 
     def _freeze(self, name: str, array: NDArray[np.float64]) -> None:
-        array = array.copy()
         array.flags.writeable = False
         object.__setattr__(self, name, array)
 
 
 def _rising_times(times: ArrayLike) -> NDArray[np.float64]:
-    array = np.array(times, dtype=np.float64)
+    array = numbers("output_times", times, "one row of times")
     if array.ndim != 1 or array.size == 0:
         raise ValueError(f"output_times has shape {array.shape}, expected one row of times")
     if not np.isfinite(array).all():
         raise ValueError(f"output_times[{int(np.argmin(np.isfinite(array)))}] is not finite")
-    falls = np.flatnonzero(np.diff(array) <= 0)
-    if falls.size:
-        i = int(falls[0])
-        raise ValueError(f"output_times must rise: [{i + 1}] = {array[i + 1]} follows [{i}] = {array[i]}")
+    way, turns = ("fall", np.diff(array) >= 0) if array[-1] < array[0] else ("rise", np.diff(array) <= 0)
+    for i in np.flatnonzero(turns)[:1]:
+        raise ValueError(f"output_times must {way}: [{i + 1}] = {array[i + 1]} follows [{i}] = {array[i]}")
     return array

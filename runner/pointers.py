@@ -10,19 +10,24 @@ from typing import Any
 from numba import types
 
 from runner import abi
+from runner.checks import shown
 from runner.memory import intrinsic
 
 EVENT_SIGNATURE = types.float64(abi.SCALAR, abi.VECTOR, abi.VECTOR, abi.VECTOR)
 
 
-@cache
 def pointer(function: Any, signature: Any, name: str) -> int:
     """The address of a jitted function, compiled for this signature. Raises ValueError where it cannot be.
 
     The address is remembered, and the function kept alive with it.
     """
     if not hasattr(function, "get_compile_result"):
-        raise ValueError(f"{name} is {function!r}, expected a function jitted by numba, {signature}")
+        raise ValueError(f"{name} is {shown(function)}, expected a function jitted by numba, {signature}")
+    return _address(function, signature, name)
+
+
+@cache
+def _address(function: Any, signature: Any, name: str) -> int:
     compiled = function.get_compile_result(signature)
     if compiled.signature.return_type != signature.return_type:
         raise ValueError(f"{name} returns {compiled.signature.return_type}, expected {signature.return_type}")

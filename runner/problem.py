@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 from runner.inputs.signal import InputTable
 
+#: The end of a run that only an event ends, in s from its start.
+FOREVER = 1e100
+#: The longest first step of such a run, s, or relative to its start.
+FIRST_OF_FOREVER = 1e-3
+
 
 class Status(IntEnum):
     """How a run ended. Drivers return these as integers; RUNNING means call again."""
@@ -23,6 +28,7 @@ class Status(IntEnum):
     TIME_LIMIT = 7
     INTERRUPTED = 8  # Ctrl-C
     NOT_STARTED = 9  # no static state to start from
+    NO_EVENT = 10  # that would have ended a run without an end of its own
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,7 @@ class Problem:
     mass_matrix (n_states, n_states): where given, mass_matrix x' = rhs; it may be singular (stiff methods only).
     linear: the kernel that gives A and B of a linear right-hand side (exact propagation only).
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
+    sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
     """
 
     rhs: Any
@@ -60,6 +67,12 @@ class Problem:
     mass_matrix: NDArray[np.float64] | None = None
     linear: Any = None
     by_item: bool = False
+    sense: int = 1
+
+    @property
+    def longest_first_step(self) -> float:
+        """The longest that one after a stop may be, s: a span without an end says nothing about how fast things go."""
+        return FIRST_OF_FOREVER * max(1.0, abs(self.t0)) if self.t1 - self.t0 >= FOREVER else np.inf
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,7 @@ ADVICE = {
     Status.TIME_LIMIT: "try a larger time_limit, a larger step or looser tolerances",
     Status.INTERRUPTED: "the solution holds what was computed until then",
     Status.NOT_STARTED: "give the initial state",
+    Status.NO_EVENT: "give an end to the span, or another event",
 }
 WHAT = {
     Status.FINISHED: "finished",
@@ -37,6 +38,7 @@ WHAT = {
     Status.TIME_LIMIT: "reached its wall-clock limit",
     Status.INTERRUPTED: "was interrupted",
     Status.NOT_STARTED: "has no static state to start from",
+    Status.NO_EVENT: "met no terminal event",
 }
 
 
@@ -46,6 +48,10 @@ class IntegrationError(RuntimeError):
     def __init__(self, solution: Solution) -> None:
         super().__init__(solution.message)
         self.solution = solution
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What an exception is pickled as by default is its message, from which none of these can be made."""
+        return type(self), (self.solution,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +137,8 @@ def _message(subject: Subject, problem: Problem, method: Method, options: Option
 def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:
     settings: dict[str, str | float] = {"model": subject.name, "method": method.name}
     if method.adaptive:
-        settings |= {"rtol": float(options.rtol), "atol": ", ".join(f"{a:g}" for a in np.atleast_1d(options.atol))}
+        rtol = options.least_rtol if np.ndim(options.rtol) == 0 else ", ".join(f"{r:g}" for r in options.rtol)
+        settings |= {"rtol": rtol, "atol": ", ".join(f"{a:g}" for a in np.atleast_1d(options.atol))}
     elif options.step is not None:
         settings["step"] = float(options.step)
     return settings | {f"parameter {name}": float(value) for name, value in subject.parameters.items()}

@@ -8,18 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import finite, finite_state, unknown
+from runner import checks
+from runner.checks import finite, finite_state, flag, numbers, row, shown, unknown
 from runner.diagnosis import diagnosis
 from runner.equilibrium import Guess, rest
 from runner.events.kinds import OutputCrossing, StateCrossing
+from runner.first_call import check_first_calls
 from runner.inputs.bind import as_signal, bind
 from runner.inputs.signal import Signal, stack
-from runner.load import Model, Parameters
+from runner.load import Model, Parameters, as_model
 from runner.methods import METHODS, Method, find_method
 from runner.options import Options
 from runner.problem import Problem
 from runner.result import IntegrationError, Subject, as_solution
 from runner.solution import Solution
+from runner.spans import integrate, span_of
 from runner.tables import Quantity
 
 __all__ = ["IntegrationError", "Simulation", "crossing", "prepare", "simulate", "solve"]
@@ -40,7 +43,7 @@ def simulate(
     on_failure: str = "raise",
     **options: Any,
 ) -> Solution:
-    """Integrate a model over span = (t0, t1) in s.
+    """Integrate a model over span = (t0, t1) in s, backward where t1 < t0, to a terminal event where t1 is infinite.
 
     step: of fixed-step methods, in s. parameters: a set's name, values by name, or both as a tuple. inputs: signals or
     numbers by name, 0 where not given. initial: the state by name or as an array (n_states,); None starts from the
@@ -71,19 +74,30 @@ class Simulation:
     problem: Problem
     method: Method
     options: Options
+    model: Model
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Kernels are the model's: pickled, it carries them by name."""
+        problem = replace(self.problem, rhs=None, jacobian=None, linear=None)
+        return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
         """Integrate, from another state (n_states,) where one is given; returns and raises as `simulate`."""
-        _check_on_failure(on_failure)
         problem = self.problem
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
             problem = replace(problem, initial_state=x)
-        trajectory = self.method.integrate(problem, self.method, self.options)
-        solution = as_solution(self.subject, problem, self.method, self.options, trajectory)
-        if not solution.success and on_failure == "raise":
-            raise IntegrationError(solution)
-        return solution
+        return _run(self.subject, problem, self.method, self.options, on_failure)
+
+
+def _run(subject: Subject, problem: Problem, method: Method, options: Options, on_failure: str) -> Solution:
+    if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
+        raise ValueError(f"on_failure is {shown(on_failure)}, expected 'raise' or 'return'")
+    trajectory = integrate(problem, method, options)
+    solution = as_solution(subject, problem, method, options, trajectory)
+    if not solution.success and on_failure == "raise":
+        raise IntegrationError(solution)
+    return solution
 
 
 def prepare(
@@ -103,14 +117,15 @@ def prepare(
 
     at_rest: finds the static state as `rest` does, from the same arguments.
     """
-    chosen, settings = _method(method), _options(step, options)
-    t0, t1 = _span(span)
+    model, chosen, settings = as_model(model), _method(method), _options(step, options)
+    t0, t1 = span_of(span, chosen, settings)
+    settings.tolerances(len(model.state_names))
     if initial is not None and guess is not None:
         raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
     p = model.parameter_values(parameters)
     c, table = model.constants(p), bind(model.tables, inputs)
     problem = Problem(
-        rhs=model.kernel("rhs"),
+        rhs=None,
         t0=t0,
         t1=t1,
         initial_state=at_rest(model, c, table, t0, guess) if initial is None else model.state(initial),
@@ -118,11 +133,22 @@ def prepare(
         inputs=table,
         n_inputs=model.tables.rhs_inputs,
         state_names=model.state_names,
-        jacobian=model.kernel("jacobian") if chosen.stiff else None,
-        linear=_linear(model, chosen) if chosen.family == "exact" else None,
         by_item=True,
     )
-    return Simulation(_subject(model, p), problem, chosen, settings)
+    return _unpickled(model, _subject(model, p), problem, chosen, settings)
+
+
+def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method, options: Options) -> Simulation:
+    """A simulation of what is given without kernels."""
+    problem = replace(
+        problem,
+        rhs=model.kernel("rhs"),
+        jacobian=model.kernel("jacobian") if method.stiff else None,
+        linear=_linear(model, method) if method.family == "exact" else None,
+    )
+    check_first_calls(problem, options)
+    subject = replace(subject, output_kernel=model.kernel("outputs") if model.tables.outputs else None)
+    return Simulation(subject, problem, method, options, model)
 
 
 def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
@@ -132,7 +158,6 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
         states=tables.states,
         outputs=tables.outputs,
         inputs=tuple(Quantity(channel.name, channel.unit, channel.meaning) for channel in tables.inputs),
-        output_kernel=model.kernel("outputs") if tables.outputs else None,
         parameters=dict(zip((parameter.name for parameter in tables.parameters), p, strict=True)),
         headlines={
             "coordinates": model.coordinate_names,
@@ -148,9 +173,12 @@ def crossing(model: Model, name: str, level: float = 0.0, *, direction: int = 0,
 
     direction: 1 rising, -1 falling, 0 both. terminal: the run ends there. Raises ValueError for an unknown name.
     """
-    level = finite("level", level)
+    model, level, terminal = as_model(model), finite("level", level), flag("terminal", terminal)
+    way = checks.direction("direction", direction)
+    if not isinstance(name, str):
+        raise ValueError(f"name is {shown(name)}, expected that of a state or an output")
     outputs = [output.name for output in model.tables.outputs]
-    said: dict[str, Any] = {"direction": direction, "terminal": terminal, "name": name}
+    said: dict[str, Any] = {"direction": way, "terminal": terminal, "name": name}
     if name in model.state_names:
         return StateCrossing(model.state_names.index(name), level, **said)
     if name not in outputs:
@@ -176,19 +204,22 @@ def solve(
     """Integrate x' = rhs for any jitted function of the calling convention, rhs(t, x, u, c, dx), from x0 (n,).
 
     mass_matrix (n, n): M x' = rhs instead, M constant and possibly singular (an index-1 DAE; stiff methods only).
-    constants: c. inputs: the channels of u, signals or numbers, in order; u has at least one element.
+    constants: c. inputs: the channels of u, signals or numbers, in order; u has at least one element. A function is
+    called once with arrays of exactly these sizes and bounds checks, see `first_call`: that covers the branch which t0
+    and x0 take, others index unchecked.
     state_names: x_1, x_2, ... by default; the inputs are u_1, u_2, ... Otherwise as `simulate`.
     """
     chosen, settings = _method(method), _options(step, options)
-    t0, t1 = _span(span)
-    x = np.array(x0, dtype=np.float64)
-    if x.ndim != 1 or not x.size or not np.isfinite(x).all():
-        raise ValueError(f"x0 is {x0!r}, expected a row of finite numbers")
-    names = tuple(state_names) if state_names is not None else tuple(f"x_{i + 1}" for i in range(x.size))
-    if len(names) != x.size:
-        raise ValueError(f"state_names has {len(names)} names for {x.size} states")
-    signals = [as_signal(f"input {i}", value) for i, value in enumerate(inputs)]
-    c = np.array(constants, dtype=np.float64).reshape(-1)
+    t0, t1 = span_of(span, chosen, settings)
+    x = row("x0", x0)
+    if not x.size:
+        raise ValueError(f"x0 is {shown(x0)}, expected a row of finite numbers, one for each state")
+    settings.tolerances(x.size)
+    if isinstance(inputs, str | Mapping | Signal) or not isinstance(inputs, Sequence | np.ndarray):
+        raise ValueError(f"inputs is {shown(inputs)}, expected a list of signals or numbers, one for each channel of u")
+    signals = [as_signal(f"inputs[{i}]", value) for i, value in enumerate(inputs)]
+    names = _names_of_states(state_names, x.size, [f"u_{i + 1}" for i in range(len(signals))])
+    c = row("constants", constants)
     table = stack(signals, [0] * len(signals))
     M = None if mass_matrix is None else _mass_matrix(mass_matrix, x.size, chosen)
     problem = Problem(rhs, t0, t1, x, c, table, len(signals), names, jacobian, M)
@@ -198,7 +229,28 @@ def solve(
         inputs=tuple(Quantity(f"u_{i + 1}", "", "") for i in range(len(signals))),
         headlines={"states": names, "inputs": tuple(f"u_{i + 1}" for i in range(len(signals)))},
     )
-    return Simulation(subject, problem, chosen, settings)(on_failure=on_failure)
+    check_first_calls(problem, settings)
+    return _run(subject, problem, chosen, settings, on_failure)
+
+
+def _names_of_states(names: Sequence[str] | None, n: int, taken: Sequence[str]) -> tuple[str, ...]:
+    """Names of n states, x_1, x_2, ... by default; ValueError where two columns of the solution would have one name."""
+    if names is None:
+        return tuple(f"x_{i + 1}" for i in range(n))
+    if isinstance(names, str) or not isinstance(names, Sequence | np.ndarray) or not all(map(_is_name, names)):
+        raise ValueError(f"state_names is {shown(names)}, expected {n} names")
+    if len(names) != n:
+        raise ValueError(f"state_names has {len(names)} names for {n} states")
+    known = {"t", "time", *taken}
+    for i, name in enumerate(names):
+        if name in known or name in names[:i]:
+            whose = "another state" if name in names[:i] else "an input" if name in taken else "time"
+            raise ValueError(f"state_names[{i}] is {name!r}, the name of {whose}; expected {n} different names")
+    return tuple(map(str, names))
+
+
+def _is_name(name: object) -> bool:
+    return isinstance(name, str) and bool(name)
 
 
 def _linear(model: Model, method: Method) -> Any:
@@ -211,7 +263,7 @@ def _linear(model: Model, method: Method) -> Any:
 
 
 def _mass_matrix(mass_matrix: ArrayLike, n: int, method: Method) -> NDArray[np.float64]:
-    M = np.array(mass_matrix, dtype=np.float64)
+    M = numbers("mass_matrix", mass_matrix, f"({n}, {n}) finite numbers")
     if M.shape != (n, n) or not np.isfinite(M).all():
         raise ValueError(f"mass_matrix has shape {M.shape}, expected ({n}, {n}) finite numbers")
     if not method.stiff:
@@ -230,17 +282,3 @@ def _options(step: float | None, options: Mapping[str, Any]) -> Options:
         if name not in names:
             raise ValueError(unknown("option", name, names))
     return Options(step=step, **options)
-
-
-def _check_on_failure(on_failure: str) -> None:
-    if on_failure not in ("raise", "return"):
-        raise ValueError(f"on_failure is {on_failure!r}, expected 'raise' or 'return'")
-
-
-def _span(span: tuple[float, float]) -> tuple[float, float]:
-    if len(span) != 2:
-        raise ValueError(f"span is {span!r}, expected (start, end)")
-    t0, t1 = (finite("span", t) for t in span)
-    if not t0 < t1:
-        raise ValueError(f"span is ({t0}, {t1}), expected a start before the end")
-    return t0, t1

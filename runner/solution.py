@@ -4,7 +4,7 @@ import errno
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,6 +51,10 @@ class Solution:
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         self.t.flags.writeable = self.values.flags.writeable = False
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Unpickled arrays are read-only again."""
+        return Solution, tuple(getattr(self, each.name) for each in fields(self))
 
     @cached_property
     def _columns(self) -> dict[str, int]:

@@ -98,7 +98,7 @@ def test_a_measured_curve_is_stretched_to_what_is_asked(curve, peak, duration):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: shot_times(0, 1.0), "count is 0, expected a whole number of shots"),
+        (lambda: shot_times(0, 1.0), "count is 0, expected a whole number, at least 1"),
         (lambda: shot_times(2.5, 1.0), "count is 2.5, expected a whole number"),
         (lambda: shot_times(10**9, 1.0), "count is 1000000000, expected at most 100000 shots"),
         (lambda: shot_times(2), "2 shots need an interval or a rate_of_fire"),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner import abi
+from runner.checks import direction, flag, shown
 from runner.events.search import FUNCTION, OUTPUT, STATE, WATCH
 from runner.memory import address, record
 from runner.pointers import EVENT_SIGNATURE, pointer
@@ -31,8 +32,8 @@ class _Watched:
 
     def __post_init__(self) -> None:
         """Check the direction."""
-        if self.direction not in (-1, 0, 1):
-            raise ValueError(f"event {self.name!r}: direction is {self.direction!r}, expected -1, 0 or 1")
+        direction(f"event {self.name!r}: direction", self.direction)
+        flag(f"event {self.name!r}: terminal", self.terminal)
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def _row(name: str, event: Any, n_states: int) -> tuple[int, int, int, bool, flo
     elif isinstance(event, OutputCrossing):
         kind, place, size = OUTPUT, event.output, event.count
     else:
-        raise ValueError(f"{name} is {event!r}, expected an Event, a StateCrossing or an OutputCrossing")
+        raise ValueError(f"{name} is {shown(event)}, expected an Event, a StateCrossing or an OutputCrossing")
     if not 0 <= place < size:
         raise ValueError(f"{name} names number {place}, expected 0 to {size - 1}")
     return kind, place, event.direction, event.terminal, event.level

@@ -77,7 +77,7 @@ def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArra
         return _requested(options.output_times, t0, t1, near)
     step = options.step * (options.every or 1) if options.step is not None else (t1 - t0) / DEFAULT_INTERVALS
     if step < 4 * near:
-        raise ValueError(f"step is {step}, too small to advance the time from {t0} to {t1}")
+        raise ValueError(f"step is {step}, too small to advance a time as large as {max(abs(t0), abs(t1))}")
     whole = max(1, int(np.ceil((t1 - t0 - near) / step)))
     outputs = np.array(t0 + step * np.arange(whole + 1), dtype=np.float64)
     even = abs(outputs[-1] - t1) <= near

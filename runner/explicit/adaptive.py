@@ -78,10 +78,11 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     pair = method.pair
     if pair is None:
         raise ValueError(f"method {method.name!r} has no embedded pair, so it cannot control its step")
+    rtol, atol = options.tolerances(len(problem.initial_state))
     control = control_for(
-        options.controller or pair.controller, pair.error_order, options.rtol, options.divergence_limit
+        options.controller or pair.controller, pair.error_order, float(rtol.min()), options.divergence_limit
     )
-    space, space_arrays = space_for(problem, options.atol)
+    space, space_arrays = space_for(problem, rtol, atol)
     coefficients, _ = pair_for(pair)
     watch, watch_arrays = watch_for(options.events, int(space["n"]))
     log = _log(problem, options, pair, int(space["n"]))
@@ -127,6 +128,7 @@ def _log(problem: Problem, options: Options, pair: EmbeddedPair, n: int) -> Log:
         max_steps=options.max_steps or 0,
         max_step=options.max_step or pair.longest_step * (problem.t1 - problem.t0),
         first_step=options.first_step or 0.0,
+        longest_first=problem.longest_first_step,
         failed_state=-1,
         restart=1,
         now=problem.t0,

@@ -10,13 +10,13 @@ from runner.memory import LEAN, floats, integers, layout
 #: one; wanted (n_wanted,): times to save at; next_wanted; saved_t, saved_x: `room` points, of which `saved` are used;
 #: found_t, found_event, found_x: the same of events. refine: points saved per step, 0 where only wanted times are.
 #: restart: the next step starts at a breakpoint. dense: the last step's dense output is prepared. max_steps: 0 for no
-#: limit; first_step: 0 for the controller's. now: time of the state; size: of the next step; start, length: of the
-#: last; end: theta of the terminal event that cut it short.
+#: limit; first_step: 0 for the controller's; longest_first: the longest after a stop. now: time of the state; size: of
+#: the next step; start, length: of the last; end: theta of the terminal event that cut it short.
 COURSE = layout(
     "stops n_stops stop wanted n_wanted next_wanted saved_t saved_x room saved "
     "found_t found_event found_x event_room found "
     "refine max_steps steps failed_attempts evaluations failed_state restart dense",
-    "now size last_error start length end max_step first_step",
+    "now size last_error start length end max_step first_step longest_first",
 )
 
 

@@ -59,7 +59,8 @@ def restart(space, pair, control, course, watch):
     if first and course.first_step > 0.0:
         course.size = course.first_step
     else:
-        course.size = min(course.size, first_step(space, control, t, min(course.max_step, ahead)))
+        longest = min(course.max_step, ahead, course.longest_first)
+        course.size = min(course.size, first_step(space, control, t, longest))
         course.evaluations += control.kind != MATLAB
     return RUNNING
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from runner.compiled import compiled
 from runner.explicit.slopes import look_up, slope
-from runner.explicit.workspace import ATOL, ERROR, K0, NEW, SCALED, STAGE, Y, block, copy, states
+from runner.explicit.workspace import ATOL, ERROR, K0, NEW, RTOL, SCALED, STAGE, Y, block, copy, states
 from runner.memory import BLOCK, LEAN, layout, record
 
 MATLAB, STANDARD, PI = range(3)
@@ -22,10 +22,10 @@ NAMES = {"matlab": MATLAB, "standard": STANDARD, "pi": PI}
 LEAST_LAST_ERROR = 1e-4
 
 
-#: Fields of step-size control. kind: MATLAB, STANDARD or PI. limit: a state of this magnitude counts as diverged.
-#: order: the error estimate is O(h^order). The next step is this one times safety * last_error^beta /
-#: error^(1/order - 3/4 beta), at least `least` and at most `most` times. A step that reaches the next stop when
-#: stretched by `stretch` is stretched.
+#: Fields of step-size control. kind: MATLAB, STANDARD or PI. rtol: the least of all states. limit: a state of this
+#: magnitude counts as diverged. order: the error estimate is O(h^order). The next step is this one times safety *
+#: last_error^beta / error^(1/order - 3/4 beta), at least `least` and at most `most` times. A step that reaches the next
+#: stop when stretched by `stretch` is stretched.
 CONTROL = layout("kind", "rtol limit order beta safety least most stretch")
 
 
@@ -50,13 +50,13 @@ def control_for(name: str, order: int, rtol: float, limit: float) -> np.void:
 @compiled(**LEAN)
 def scale(space, control, row):
     """SCALED = |row| over the tolerance at Y and NEW, infinite where that is not finite or NEW beyond the limit."""
-    matlab, rtol, limit = control.kind == MATLAB, control.rtol, control.limit
+    matlab, limit = control.kind == MATLAB, control.limit
     for b in range(space.blocks):
         old, new, error = block(space, Y, b), block(space, NEW, b), block(space, row, b)
-        atol, scaled = block(space, ATOL, b), block(space, SCALED, b)
+        rtol, atol, scaled = block(space, RTOL, b), block(space, ATOL, b), block(space, SCALED, b)
         for m in range(BLOCK):
             size, new_size = abs(old[m]), abs(new[m])
-            part = rtol * (size if size > new_size else new_size)
+            part = rtol[m] * (size if size > new_size else new_size)
             larger = part if part > atol[m] else atol[m]
             ratio = abs(error[m]) / (larger if matlab else part + atol[m])
             scaled[m] = ratio if ratio < np.inf and new_size <= limit else np.inf

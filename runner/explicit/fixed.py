@@ -42,7 +42,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         raise ValueError(f"method {method.name!r} has no tableau to march")
     start, stages = working_time(), method.tableau.stages
     plan = _plan(problem, options, method.name)
-    space, space_arrays = space_for(problem, np.zeros(1))
+    space, space_arrays = space_for(problem, np.zeros(1), np.zeros(1))
     tableau, _ = tableau_for(method.tableau)
     march, arrays = _march(plan, len(problem.initial_state), options.divergence_limit)
     _save_if_new(march, arrays, problem.initial_state)
@@ -79,7 +79,7 @@ def _plan(problem: Problem, options: Options, name: str) -> Plan:
     if step is None:
         raise ValueError(f"method {name!r} marches with a constant step: give step=, such as step=1e-3")
     if step < 64 * np.spacing(max(abs(t0), abs(t1))):
-        raise ValueError(f"step is {step}, too small to advance the time from {t0} to {t1}")
+        raise ValueError(f"step is {step}, too small to advance a time as large as {max(abs(t0), abs(t1))}")
     grid_points = max(1, int(np.ceil((t1 - t0) / step - SNAP)))
     outputs = _requested(options.output_times, t0, t1, SNAP * step)
     breakpoints = _apart(problem.inputs.breakpoints, outputs, t0, t1, step)

@@ -19,10 +19,10 @@ from runner.problem import Problem
 from runner.sums import add_latest, sum_slopes
 
 MOST_STAGES = 16
-#: The rows: zeros, state, new state, argument of a stage, error estimates, their scaled sizes, absolute tolerance, a
-#: state within the step; then the slopes k_0, k_1, ... As np.int64, because numba compiles a function again for every
-#: literal int that it is called with.
-ZERO, Y, NEW, STAGE, ERROR, ERROR_2, SCALED, ATOL, WITHIN, K0 = np.arange(10)
+#: The rows: zeros, state, new state, argument of a stage, error estimates, their scaled sizes, absolute and relative
+#: tolerance, a state within the step; then the slopes k_0, k_1, ... As np.int64, because numba compiles a function
+#: again for every literal int that it is called with.
+ZERO, Y, NEW, STAGE, ERROR, ERROR_2, SCALED, ATOL, RTOL, WITHIN, K0 = np.arange(11)
 ROWS = K0 + MOST_STAGES
 #: Bytes of a block of states.
 BLOCK_BYTES = 8 * BLOCK
@@ -95,14 +95,16 @@ def copy(space, source, target):
     combine(space, 0.0, source, space.work, 0, target)
 
 
-def space_for(problem: Problem, atol: NDArray[np.float64]) -> tuple[np.void, dict[str, NDArray[Any]]]:
-    """A space with the initial state and the absolute tolerances (scalar or (n,)), and the arrays it points into."""
+def space_for(
+    problem: Problem, rtol: NDArray[np.float64], atol: NDArray[np.float64]
+) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """A space with the initial state and the tolerances, each (1,) or (n,), and the arrays it points into."""
     n = len(problem.initial_state)
     blocks = max(1, -(-n // BLOCK))
     inputs = problem.inputs
     arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
     arrays |= {
-        "work": _initial_work(problem.initial_state, atol, blocks),
+        "work": _initial_work(problem.initial_state, rtol, atol, blocks),
         "weights": np.zeros(MOST_STAGES),
         "constants": np.array(problem.constants, dtype=np.float64),
         "u": np.zeros(max(1, len(inputs.first))),
@@ -134,13 +136,16 @@ def state_of(space: np.void, arrays: dict[str, NDArray[Any]]) -> NDArray[np.floa
     return state
 
 
-def _initial_work(x: NDArray[np.float64], atol: NDArray[np.float64], blocks: int) -> NDArray[np.float64]:
+def _initial_work(
+    x: NDArray[np.float64], rtol: NDArray[np.float64], atol: NDArray[np.float64], blocks: int
+) -> NDArray[np.float64]:
     """The buffer, on a cache line. An absolute tolerance of zero becomes a tiny one, so that 0/0 cannot arise."""
     size = ROWS * blocks * BLOCK
     buffer = np.zeros(size + 7)
     work = buffer[-(buffer.ctypes.data // 8) % 8 :][:size]
     rows = work.reshape(ROWS, blocks * BLOCK)
     rows[Y, : len(x)] = x
-    rows[ATOL] = 1.0
-    rows[ATOL, : len(x)] = np.maximum(np.broadcast_to(atol, x.shape), 1e-300)
+    rows[ATOL] = rows[RTOL] = 1.0
+    rows[ATOL, : len(x)] = np.maximum(atol, 1e-300)
+    rows[RTOL, : len(x)] = rtol
     return work

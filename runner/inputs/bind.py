@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from runner.checks import finite, unknown
+from runner.checks import finite, shown, unknown
 from runner.inputs.shapes import constant
 from runner.inputs.signal import AMPLITUDE, C0, FREQUENCY, PHASE, START, InputTable, Signal, stack
 from runner.tables import Tables
@@ -20,7 +20,7 @@ def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> 
     Raises ValueError for an unknown name, a rate given by hand, a value that is no signal or finite number, and a
     signal with jumps whose rate the model's right-hand side reads.
     """
-    signals = _signals(tables, inputs or {})
+    signals = _signals(tables, {} if inputs is None else inputs)
     for channel in tables.inputs[: tables.rhs_inputs]:
         if channel.rate_of:
             check_continuous(channel.rate_of, signals[channel.rate_of], channel.name)
@@ -29,6 +29,10 @@ def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> 
 
 
 def _signals(tables: Tables, inputs: Mapping[str, Signal | float]) -> dict[str, Signal]:
+    if not isinstance(inputs, Mapping):
+        free = [channel.name for channel in tables.inputs if not channel.rate_of]
+        such = f", such as {{{free[0]!r}: ...}}" if free else ""
+        raise ValueError(f"inputs is {shown(inputs)}, expected a mapping from names to signals or numbers{such}")
     rate_of = {channel.name: channel.rate_of for channel in tables.inputs}
     free = [name for name, value in rate_of.items() if not value]
     for name in inputs:

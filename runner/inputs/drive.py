@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.checks import finite, unknown
+from runner.checks import finite, shown, unknown
 from runner.inputs.shapes import hermite
 from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
-from runner.load import Model, Parameters
+from runner.load import Model, Parameters, as_model
 
 Vector = NDArray[np.float64]
 
@@ -36,6 +36,11 @@ def drive(
     start: where on the road the model's origin is at t = 0, m. positions: m ahead of the origin, where the model itself
     says nothing or something else. Raises ValueError naming the argument.
     """
+    model = as_model(model)
+    if not isinstance(road, Signal):
+        raise ValueError(f"road is {shown(road)}, expected a signal: heights over the distance")
+    if not (positions is None or isinstance(positions, Mapping)):
+        raise ValueError(f"positions is {shown(positions)}, expected a mapping from inputs to m ahead of the origin")
     places = dict(model.positions(model.parameter_values(parameters)))
     inputs = [channel.name for channel in model.tables.inputs if not channel.rate_of]
     for name, place in (positions or {}).items():
@@ -63,6 +68,9 @@ def roads_at(
         return {name: road.shifted(v, origin + place) for name, place in positions.items()}
     if span is None:
         raise ValueError("a speed that varies needs the span of the run")
+    if not isinstance(span, tuple | list | np.ndarray) or len(span) != 2:
+        raise ValueError(f"span is {shown(span)}, expected (start, end)")
+    span = finite("span: its start", span[0]), finite("span: its end", span[1])
     way = Way.of(speed, span)
     return {name: along(road, way, origin + place) for name, place in positions.items()}
 

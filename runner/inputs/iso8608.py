@@ -7,7 +7,7 @@ Vibration 25 (1972) 111): the PSD of a road is that of its class exactly, not on
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.checks import finite, unknown
+from runner.checks import finite, unknown, whole
 from runner.inputs.shapes import hermite
 from runner.inputs.signal import C0, START, Signal
 
@@ -71,8 +71,7 @@ def random_road(
 
 
 def _check(seed: int, length: float, waviness: float, shortest: float, longest: float, fade: float) -> None:
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise ValueError(f"seed is {seed!r}, expected a whole number, 0 or more")
+    whole("seed", seed, least=0)
     for name, value in {"length": length, "shortest": shortest}.items():
         if finite(name, value) <= 0:
             raise ValueError(f"{name} is {value}, expected a length greater than 0")

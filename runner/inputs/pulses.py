@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import finite
+from runner.checks import finite, numbers, shown
 from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
 #: A pulse is refused beyond these, in s: powers of its duration would overflow.
@@ -52,9 +52,9 @@ class Pulse:
 
 def start_times(times: ArrayLike) -> Vector:
     """The times at which pulses start (n,), rising; raises ValueError where there is none or one is not finite."""
-    starts = np.sort(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+    starts = np.sort(np.atleast_1d(numbers("times", times, "one or more finite times at which pulses start")))
     if starts.ndim != 1 or starts.size == 0 or not np.isfinite(starts).all():
-        raise ValueError(f"times is {times!r}, expected one or more finite times at which pulses start")
+        raise ValueError(f"times is {shown(times)}, expected one or more finite times at which pulses start")
     return starts
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import finite
+from runner.checks import finite, row, shown, whole
 from runner.inputs.pulses import Pulse, start_times, train
 from runner.inputs.signal import START, Signal
 from runner.inputs.tables import table_at
@@ -47,10 +47,8 @@ def shot_times(
 
     Raises ValueError naming the argument.
     """
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-        raise ValueError(f"count is {count!r}, expected a whole number of shots, 1 or more")
-    if count > MOST_SHOTS:
-        raise ValueError(f"count is {count}, expected at most {MOST_SHOTS} shots")
+    if whole("count", count) > MOST_SHOTS:
+        raise ValueError(f"count is {shown(count)}, expected at most {MOST_SHOTS} shots")
     if interval is not None and rate_of_fire is not None:
         raise ValueError("give interval or rate_of_fire, not both")
     if interval is None and rate_of_fire is None:
@@ -81,7 +79,7 @@ def measured_pulse_train(
     integral): at most two; the curve's values and time are stretched to have them, and stay as measured without.
     Raises ValueError naming the argument or the sample.
     """
-    samples = np.array(t, dtype=np.float64), np.array(values, dtype=np.float64)
+    samples = row("t", t), row("values", values)
     curve = table_at(*samples, kind, None, lambda i: f"sample {i}")
     pieces = curve.pieces[1:-1].copy()
     begin, end = samples[0][0], samples[0][-1]

@@ -98,7 +98,7 @@ def pulse_train(
     two of peak, duration (s) and impulse = integral of one pulse give the third.
     Raises ValueError naming the argument.
     """
-    if shape not in SHAPES:
+    if not isinstance(shape, str) or shape not in SHAPES:
         raise ValueError(unknown("pulse shape", shape, SHAPES))
     if not 0 <= finite("rise", rise) <= 0.5:
         raise ValueError(f"rise is {rise}, expected a part of the duration from 0 to 0.5")

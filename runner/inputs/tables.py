@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import unknown
+from runner.checks import numbers, unknown
 from runner.inputs.signal import C0, C1, START, Signal
 
 #: Relative change of slope that makes a sample a kink rather than rounding.
@@ -24,7 +24,7 @@ def table(t: ArrayLike, values: ArrayLike, kind: str = "linear", breakpoints: Ar
 
 
 def _samples(name: str, samples: ArrayLike) -> NDArray[np.float64]:
-    array = np.array(samples, dtype=np.float64)
+    array = numbers(name, samples, "one row of numbers")
     if array.ndim != 1:
         raise ValueError(f"{name} has shape {array.shape}, expected one row of numbers")
     return array
@@ -39,7 +39,7 @@ def table_at(
     argument: str = "time",
 ) -> Signal:
     """As `table`, of float64 arrays; place(i) names sample i in messages, `argument` what t is."""
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(unknown("kind of table", kind, KINDS))
     if len(t) != len(values) or len(t) < 2:
         raise ValueError(

@@ -65,7 +65,7 @@ def finish(batch, pack, pair, lane, status):
 def scaled(batch, control, pack, lane, m, value):
     """A number relative to the tolerance of state m of a lane, at its present state."""
     x = abs(floats(pack.now, batch.n * LANES)[m * LANES + lane])
-    part, atol = batch.rtol * x, floats(batch.atol, batch.n)[m]
+    part, atol = floats(batch.rtol, batch.n)[m] * x, floats(batch.atol, batch.n)[m]
     ratio = abs(value) / (max(part, atol) if control.kind == MATLAB else part + atol)
     return ratio if ratio < np.inf and x <= batch.limit else np.inf
 

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import unknown
+from runner.checks import positive, shown, unknown, whole
 from runner.compiling import working_time
 from runner.exact.batch import propagate_batch
 from runner.lanes.kernel import lane_rhs
 from runner.lanes.scalar import run_one_by_one
 from runner.lanes.task import Task, make_task
 from runner.lanes.threads import run_in_lanes
-from runner.load import Model
+from runner.load import Model, as_model
 from runner.methods import Method, find_method
 from runner.options import Options
 from runner.problem import Status
@@ -85,8 +85,14 @@ def simulate_batch(
     are in the result. Raises ValueError for anything given wrongly, EquilibriumError where no run has a static state.
     """
     started = working_time()
-    chosen = find_method(method)
+    chosen, model = find_method(method), as_model(model)
+    if threads is not None:
+        whole("threads", threads)
     task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, samples, names)
+    if time_limit is not None:
+        positive("time_limit", time_limit)
+    if not (progress is None or callable(progress)):
+        raise ValueError(f"progress is {shown(progress)}, expected a function of the part done")
     reason = _compute(task, threads, progress, time_limit)
     _withdraw(task)
     return Batch(

@@ -6,28 +6,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.checks import unknown
+from runner import checks
+from runner.checks import shown, unknown, whole
 from runner.lanes.signals import count_runs
 from runner.load import Model
 from runner.methods import Method
 from runner.options import Options
+from runner.spans import check_advances
 
 Floats = NDArray[np.float64]
+
+#: Of one run.
+MOST_SAMPLES = 2**31
 
 
 def pair(span: Any) -> tuple[Any, Any]:
     """Start and end of a span."""
     if not isinstance(span, tuple | list) or len(span) != 2:
-        raise ValueError(f"span is {span!r}, expected (start, end), each a number or one for each run")
+        raise ValueError(f"span is {shown(span)}, expected (start, end), each a number or one for each run")
     return span[0], span[1]
 
 
 def numbers(what: str, value: Any) -> Floats:
     """A number, or one for each run, as (1,) or (runs,)."""
-    array = np.atleast_1d(np.asarray(value, dtype=np.float64))
-    if array.ndim != 1 or not np.isfinite(array).all():
-        raise ValueError(f"{what} is {value!r}, expected a finite number or one for each run")
-    return array
+    expected = "a finite number or one for each run"
+    return checks.row(what, np.atleast_1d(checks.numbers(what, value, expected)), expected)
 
 
 def agreed_count(runs: int | None, arrays: Mapping[str, Floats | None], inputs: Any) -> int:
@@ -35,7 +38,7 @@ def agreed_count(runs: int | None, arrays: Mapping[str, Floats | None], inputs: 
     sizes = {name: len(array) for name, array in arrays.items() if array is not None and len(array) != 1}
     sizes |= count_runs(inputs)
     if runs is not None:
-        sizes["runs"] = runs
+        sizes["runs"] = whole("runs", runs, least=0)
     if len(set(sizes.values())) > 1:
         told = ", ".join(f"{name}: {size}" for name, size in sizes.items())
         raise ValueError(f"the number of runs is not clear; found {told}")
@@ -46,16 +49,16 @@ def parameter_rows(model: Model, parameters: Any) -> Floats:
     """Parameters (1 or runs, n_parameters)."""
     names = [parameter.name for parameter in model.tables.parameters]
     if parameters is not None and not isinstance(parameters, str | Mapping | tuple):
-        p = np.array(parameters, dtype=np.float64)
+        p = checks.numbers("parameters", parameters, f"(runs, {len(names)}) of finite numbers")
         if p.ndim != 2 or p.shape[1] != len(names) or not np.isfinite(p).all():
             raise ValueError(f"parameters has shape {p.shape}, expected (runs, {len(names)}) of finite numbers")
         return p
     chosen, given = parameters if isinstance(parameters, tuple) and len(parameters) == 2 else (None, parameters)
     if not isinstance(given, Mapping):
         chosen, given = given, {}
-    single = {name: float(np.ravel(value)[0]) if np.size(value) else 0.0 for name, value in given.items()}
-    base = model.parameter_values((chosen, single))
     columns = {name: numbers(f"model {model.name}: parameter {name}", value) for name, value in given.items()}
+    single = {name: float(column[0]) if len(column) else 0.0 for name, column in columns.items()}
+    base = model.parameter_values((chosen, single))
     count = agreed_count(None, {f"parameter {name}": column for name, column in columns.items()}, None)
     p = np.tile(base, (count, 1))
     for name, column in columns.items():
@@ -73,7 +76,7 @@ def initial_rows(model: Model, initial: Any) -> Floats:
                 raise ValueError(f"model {model.name}: {unknown('state', name, model.state_names)}")
             x[:, model.state_names.index(name)] = column
         return x
-    x = np.atleast_2d(np.array(initial, dtype=np.float64))
+    x = np.atleast_2d(checks.numbers("initial", initial, f"(runs, {len(model.state_names)}) of finite numbers"))
     if x.ndim != 2 or x.shape[1] != len(model.state_names) or not np.isfinite(x).all():
         raise ValueError(f"initial has shape {x.shape}, expected (runs, {len(model.state_names)}) of finite numbers")
     return x
@@ -83,7 +86,9 @@ def check_spans(t0: Floats, t1: Floats, method: Method, options: Options) -> Non
     """ValueError naming the run that does not end after it starts, or a step that is missing or too small."""
     if not (t0 < t1).all():
         run = int(np.argmin(t0 < t1))
-        raise ValueError(f"span of run {run} is ({t0[run]}, {t1[run]}), expected a start before the end")
+        hint = "; qddot.simulate goes backward" if t1[run] < t0[run] else ""
+        raise ValueError(f"span of run {run} is ({t0[run]}, {t1[run]}), expected a start before the end{hint}")
+    check_advances(options, max(np.abs(t0).max(initial=0.0), np.abs(t1).max(initial=0.0)))
     if method.family == "fixed":
         if options.step is None:
             raise ValueError(f"method {method.name!r} marches with a constant step: give step=, such as step=1e-3")
@@ -96,13 +101,13 @@ def sample_rows(samples: Any, t0: Floats, t1: Floats) -> Floats:
     """Times (runs, n_samples)."""
     if samples is None:
         return np.zeros((len(t0), 0))
-    if isinstance(samples, int | np.integer):
-        if samples < 2:
-            raise ValueError(f"samples is {samples}, expected 2 or more, or rising times")
+    if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
+        if not 2 <= samples <= MOST_SAMPLES:
+            raise ValueError(f"samples is {shown(samples)}, expected 2 to {MOST_SAMPLES}, or rising times")
         return np.ascontiguousarray(np.linspace(t0, t1, int(samples), axis=1))
-    times = np.array(samples, dtype=np.float64)
+    times = checks.numbers("samples", samples, "how many, or a row of finite, rising times")
     if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise ValueError("samples: expected how many, or a row of finite, rising times")
+        raise ValueError(f"samples is {shown(samples)}, expected how many, or a row of finite, rising times")
     return np.tile(times, (len(t0), 1))
 
 
@@ -111,7 +116,9 @@ def wanted_columns(model: Model, names: Sequence[str] | None) -> NDArray[np.int6
     known = [*model.state_names, *(output.name for output in model.tables.outputs)]
     if names is None:
         return np.arange(len(model.state_names))
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise ValueError(f"names is {shown(names)}, expected a list of names")
     for name in names:
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise ValueError(f"model {model.name}: {unknown('state or output', name, known)}")
     return np.array([known.index(name) for name in names], dtype=np.int64)

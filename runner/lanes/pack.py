@@ -19,16 +19,16 @@ LANES = abi.LANES
 #: break_last[k] - 1. even, guided: the channels of that way, the first n_even and n_guided among the n_inputs that
 #: stages read, the first all_even and all_guided among the n_watched that stages or samples read; hops: comparisons
 #: after the guide. rhs, outputs: kernels; look_up, sample, settle, restart: functions of lanes. Samples: times (runs,
-#: n_samples), columns (n_columns,): states, then n + output. next: the run that the next free lane takes. atol (n,).
-#: Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
+#: n_samples), columns (n_columns,): states, then n + output. next: the run that the next free lane takes. rtol, atol
+#: (n,). Written: final (runs, n), samples (runs, n_samples, n_columns), status, failed_state, steps, failed_attempts,
 #: evaluations, failed_at (runs,).
 BATCH = layout(
     "runs n channels n_inputs n_watched n_constants n_outputs n_pieces rhs outputs look_up sample settle restart "
-    "t0 t1 initial constants atol table rate offset order way pieces first last buckets guide guide_first hops "
+    "t0 t1 initial constants rtol atol table rate offset order way pieces first last buckets guide guide_first hops "
     "even n_even all_even guided n_guided all_guided "
     "break_first break_last breaks n_samples times samples columns n_columns needs_outputs "
     "next final status failed_state steps failed_attempts evaluations failed_at max_steps",
-    "step limit rtol max_step first_step",
+    "step limit max_step first_step",
 )
 
 #: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;

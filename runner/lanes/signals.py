@@ -7,13 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from runner.checks import unknown
+from runner.checks import numbers, row, shown, unknown
 from runner.inputs.bind import as_signal, check_continuous
 from runner.inputs.shapes import constant
 from runner.inputs.signal import Signal
 from runner.lanes.guides import ways
 from runner.lanes.tables import EVEN, GUIDED
 from runner.tables import Tables
+
+#: What may be given once or for each run.
+EACH = "a finite number, or one for each run"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,11 @@ def per_run(signal: Signal, rate: ArrayLike = 1.0, offset: ArrayLike = 0.0) -> S
     A road under an axle that is `place` m ahead, at the speeds v (runs,): per_run(road, rate=v, offset=place). One
     pulse at the times t (runs,): per_run(pulse_train(times=[0], ...), offset=-t).
     """
+    if not isinstance(signal, Signal):
+        raise ValueError(f"signal is {shown(signal)}, expected a signal, such as qddot.table gives")
+    given = {"rate": rate, "offset": offset}
+    for name, value in given.items():
+        row(name, np.atleast_1d(numbers(name, value, EACH)), EACH)
     return SignalPerRun(signal, rate, offset)
 
 
@@ -85,16 +93,22 @@ def count_runs(inputs: Any) -> dict[str, int]:
     if isinstance(inputs, Mapping):
         sizes = {f"input {name}": _size(value) for name, value in inputs.items()}
         return {name: size for name, size in sizes.items() if size is not None}
-    return {"inputs": len(inputs)} if inputs is not None else {}
+    if inputs is None:
+        return {}
+    if isinstance(inputs, str) or not isinstance(inputs, Sequence) or not all(isinstance(x, Mapping) for x in inputs):
+        raise ValueError(f"inputs is {shown(inputs)}, expected a mapping from names to signals, or one for each run")
+    return {"inputs": len(inputs)}
 
 
 def _size(value: Any) -> int | None:
     if isinstance(value, SignalPerRun):
-        shape = np.broadcast_shapes(np.shape(value.rate), np.shape(value.offset))
+        try:
+            shape = np.broadcast_shapes(np.shape(value.rate), np.shape(value.offset))
+        except ValueError:
+            shapes = f"{np.shape(value.rate)} and {np.shape(value.offset)}"
+            raise ValueError(f"rate and offset of a signal are for different numbers of runs: {shapes}") from None
         return shape[0] if shape else None
-    if isinstance(value, Signal) or np.ndim(value) == 0:
-        return None
-    return len(value)
+    return len(value) if _for_each(value) else None
 
 
 def stack_runs(tables: Tables, inputs: Any, runs: int) -> BatchTable:
@@ -147,12 +161,17 @@ def _column(found: _Tables, what: str, value: Any) -> tuple[Any, Any, Any]:
         signal = as_signal(what, value.signal)
         rate, offset = np.asarray(value.rate, dtype=float), np.asarray(value.offset, dtype=float)
         return found.number(signal), signal.rate * rate, signal.rate * offset + signal.offset
-    if isinstance(value, Signal) or np.ndim(value) == 0:
+    if not _for_each(value):
         signal = as_signal(what, value)
         return found.number(signal), signal.rate, signal.offset
     signals = [as_signal(f"{what} of run {i}", _plain(each)) for i, each in enumerate(value)]
     numbers = np.array([found.number(signal) for signal in signals], dtype=np.int64)
     return numbers, np.array([s.rate for s in signals]), np.array([s.offset for s in signals])
+
+
+def _for_each(value: Any) -> bool:
+    """Whether an input is given for each run: a row of what may stand for one."""
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes) and np.shape(value) != ()
 
 
 def _plain(value: Any) -> Any:

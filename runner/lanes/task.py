@@ -84,7 +84,6 @@ class Task:
             needs_outputs=self.needs_outputs,
             step=options.step or 0.0,
             limit=options.divergence_limit,
-            rtol=options.rtol,
             max_step=options.max_step or 0.0,
             first_step=options.first_step or 0.0,
             max_steps=options.max_steps or 0,
@@ -113,6 +112,7 @@ def make_task(
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
     table = stack_runs(model.tables, inputs, count)
     n = len(model.state_names)
+    rtol, atol = options.tolerances(n)
     if x0 is None:
         start, reasons = equilibria(model, constants, table, t0)
     else:
@@ -126,7 +126,8 @@ def make_task(
         "constants": constants,
         "times": times,
         "columns": columns,
-        "atol": np.maximum(np.broadcast_to(options.atol, n), 1e-300),
+        "rtol": rtol,
+        "atol": np.maximum(atol, 1e-300),
         "next": np.zeros(1, dtype=np.int64),
         "final": np.full((count, n), np.nan),
         "samples": np.full((count, times.shape[1], len(columns)), np.nan),

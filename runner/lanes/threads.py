@@ -83,7 +83,7 @@ def driver_for(method: Method, options: Options) -> Driver:
         functions = _addresses(look_up=(read_inputs, LOOK_UP), settle=(land, LAND))
         return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, functions, c)
     coefficients, table = pair_for(pair)
-    control = control_for(pair.controller, pair.error_order, options.rtol, options.divergence_limit)
+    control = control_for(pair.controller, pair.error_order, options.least_rtol, options.divergence_limit)
     loop = adaptive.advance(method.name, pair.dense.stages, pair.next_slope)
     longest = float(pair.longest_step)
     arguments = (coefficients, control, longest)

@@ -109,16 +109,19 @@ def estimate_errors(
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         _, states, step, old_rows, new_rows, first, tolerances, relative, bound, result = arguments
         h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
-        rtol_lanes, bound_lanes = splat(builder, relative), splat(builder, bound)
+        bound_lanes = splat(builder, bound)
         zero = zeros(builder).value
         totals = [cgutils.alloca_once_value(builder, zero) for _ in pair.error_weights]
 
         def body(place: Any) -> None:
             old_size = abs(load(builder, builder.add(old_rows, place)))
             new_size = abs(load(builder, builder.add(new_rows, place)))
+            item = builder.udiv(place, place.type(abi.LANES))
+            rtol_lanes, atol_lanes = (
+                splat(builder, builder.load(builder.inttoptr(builder.add(row, item), ir.DoubleType().as_pointer())))
+                for row in (relative, tolerances)
+            )
             part = rtol_lanes * old_size.larger(new_size)
-            where = builder.add(tolerances, builder.udiv(place, place.type(abi.LANES)))
-            atol_lanes = splat(builder, builder.load(builder.inttoptr(where, ir.DoubleType().as_pointer())))
             tolerance = atol_lanes.larger(part) if matlab else part + atol_lanes
             for weights, total in zip(pair.error_weights, totals, strict=True):
                 ratio = abs(weighted(builder, weights, first, stride, place) * h_lanes) / tolerance
@@ -135,7 +138,7 @@ def estimate_errors(
         return None
     pair: Any = find_method(method.literal_value).pair
     matlab, address = pair.controller == "matlab", types.int64
-    return types.void(method, *[address] * 6, types.float64, types.float64, address), emit
+    return types.void(method, *[address] * 7, types.float64, address), emit
 
 
 @intrinsic

@@ -51,6 +51,11 @@ class AlgebraicEquations:
         self.u = np.zeros(max(1, len(inputs.first)))
         evaluate(inputs, reader_for(inputs), self.t, self.side, self.problem.n_inputs, self.u)
 
+    @property
+    def time(self) -> float:
+        """The time t as a person counts it."""
+        return self.t if self.problem.sense > 0 else 0.0 - self.t
+
     def f(self, x: Array) -> Array:
         """The right-hand side at x."""
         dx = np.empty(len(x))
@@ -93,7 +98,7 @@ def consistent_state(equations: AlgebraicEquations, x: Array, rtol: float) -> Ar
         if inverse is None and iteration == 0:
             raise InconsistentError(
                 f"the mass matrix is singular and the algebraic equations do not determine the algebraic states at t = "
-                f"{equations.t}: the index is higher than 1; differentiate the constraints or eliminate them"
+                f"{equations.time}: the index is higher than 1; differentiate the constraints or eliminate them"
             )
         if inverse is None:
             break
@@ -106,8 +111,8 @@ def consistent_state(equations: AlgebraicEquations, x: Array, rtol: float) -> Ar
             break
         x = trial
     raise InconsistentError(
-        f"the state does not satisfy the algebraic equations at t = {equations.t}, and Newton's method found no state "
-        f"near it that does; give initial values closer to a consistent state"
+        f"the state does not satisfy the algebraic equations at t = {equations.time}, and Newton's method found no "
+        f"state near it that does; give initial values closer to a consistent state"
     )
 
 

@@ -59,7 +59,8 @@ class Run:
             "t": self.problem.t0,
             "h_max": min(options.max_step or 0.1 * span, span),
             "first_step": options.first_step or 0.0,
-            "rtol": options.rtol,
+            "longest_first": self.problem.longest_first_step,
+            "rtol": options.least_rtol,
             "limit": options.divergence_limit,
             "refine": options.refine or 1,
             "max_steps": options.max_steps or np.iinfo(np.int64).max,
@@ -121,7 +122,7 @@ class Run:
         threshold = self.arrays["work"][THRESHOLD]
         equations = AlgebraicEquations(self.problem, float(s["t"]), float(side), threshold)
         try:
-            self.state[:] = consistent_state(equations, self.state.copy(), self.options.rtol)
+            self.state[:] = consistent_state(equations, self.state.copy(), self.options.least_rtol)
         except InconsistentError:
             if s["steps"] == 0:
                 raise

@@ -43,7 +43,7 @@ def first_step(space, s, v):
     s.h_min = 16.0 * np.spacing(abs(s.t))
     s.h = min(s.h_max, max(s.h_min, s.first_step))
     if s.first_step == 0.0:
-        longest = min(s.h_max, s.segment_end - s.t)
+        longest = min(s.h_max, s.segment_end - s.t, s.longest_first)
         s.h = _limited(1.25 * weighted_norm(s, v, DELTA) / np.sqrt(s.rtol), longest, s.h_min)
         time_derivative(space, s, v, min(ROOT_EPS * max(abs(s.t), abs(s.t + s.h)), s.h), PSI)
         multiply(space, space.jacobian, v, DELTA, PREDICTED)

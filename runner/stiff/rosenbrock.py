@@ -18,7 +18,7 @@ from runner.stiff.driver import Run
 from runner.stiff.loop import take_steps
 from runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, step
 from runner.stiff.space import F, X, control_type
-from runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+from runner.stiff.system import CENTRAL_BELOW, ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
     from runner.methods import Method
@@ -40,6 +40,7 @@ def first_step(space, s, v):
     if s.first_step > 0.0:
         s.h, s.first_step = min(s.h, s.first_step), 0.0
         return
+    s.h = min(s.h, s.longest_first)
     set_weights(v, X)
     part = 0.8 * s.rtol ** (1.0 / ERROR_ORDER)
     multiply(space, space.pseudo_inverse, v, F, U)
@@ -66,12 +67,15 @@ def advance(space, s, points, watch, most_steps):
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """Integrate by Rodas5P with the step control of options.controller, "pi" by default.
 
-    The Jacobian comes from problem.jacobian, or from forward differences. Saves options.refine points a step (1), or at
+    The Jacobian comes from problem.jacobian, or from differences: forward ones, or, where rtol is below CENTRAL_BELOW,
+    central ones, twice as many evaluations. Saves options.refine points a step (1), or at
     options.output_times by dense output. Events end up in extras["events"], an `EventLog`. Raises ValueError for a mass
     matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
     consistent.
     """
     name = options.controller or DEFAULT_CONTROLLER
-    step_control = control_for(name, ERROR_ORDER, options.rtol, float(options.divergence_limit))
-    run = Run(problem, options, ROWS, CONTROL, **{field: step_control[field] for field in STEPPING})
+    step_control = control_for(name, ERROR_ORDER, options.least_rtol, float(options.divergence_limit))
+    central = options.least_rtol < CENTRAL_BELOW
+    stepping = {field: step_control[field] for field in STEPPING}
+    run = Run(problem, options, ROWS, CONTROL, central=central, **stepping)
     return run.drive(advance)

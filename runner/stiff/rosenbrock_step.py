@@ -9,9 +9,10 @@ from runner.compiled import compiled
 from runner.explicit.controller import MATLAB, after_failure, after_success
 from runner.memory import LEAN
 from runner.problem import Status
-from runner.stiff.space import OWN, POLYNOMIAL, THRESHOLD, X_NEW, F, X, square
+from runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square
 from runner.stiff.system import (
     SIDE,
+    careful_time_derivative,
     evaluate_f,
     evaluate_jacobian,
     factorize_shifted,
@@ -47,7 +48,10 @@ def step(space, s, v):
         evaluate_jacobian(space, s, v, s.t, s.h)
         s.fresh_jacobian = True
     # Between the rounding of t and the curvature of f over h.
-    time_derivative(space, s, v, np.sqrt(EPS * max(abs(s.t), s.h) * s.h), DFDT)
+    if s.central:
+        careful_time_derivative(space, s, v, np.cbrt(EPS * max(abs(s.t), s.h) * s.h**2), DFDT)
+    else:
+        time_derivative(space, s, v, np.sqrt(EPS * max(abs(s.t), s.h) * s.h), DFDT)
     failures = 0
     while True:
         if s.stretch * s.h >= s.segment_end - s.t:
@@ -133,7 +137,7 @@ def _scaled_error(s, v):
         return largest / s.rtol
     total = 0.0
     for i in range(v.shape[1]):
-        scaled = v[LAST, i] / (v[THRESHOLD, i] + max(abs(v[X, i]), abs(v[X_NEW, i]))) / s.rtol
+        scaled = v[RELATIVE, i] * v[LAST, i] / (v[THRESHOLD, i] + max(abs(v[X, i]), abs(v[X_NEW, i]))) / s.rtol
         total += scaled * scaled
     return np.sqrt(total / v.shape[1])
 

@@ -15,25 +15,28 @@ from runner.problem import Problem
 from runner.stiff.linear_algebra import find_lapack
 
 #: Rows of the vectors v that every stiff method has: present and new state, f, atol/rtol (relative to at least that an
-#: error counts), 1/(size against which errors count), two rows of scratch, a state within the step, and the step as a
-#: polynomial, v[X] + theta v[POLYNOMIAL] + ... + theta^5 v[POLYNOMIAL + 4]. A method's own rows follow from OWN.
-#: As np.int64, because numba compiles a function again for every literal int that it is called with.
-X, X_NEW, F, THRESHOLD, WEIGHTS, SHIFTED, F_SHIFTED, WITHIN, POLYNOMIAL = np.arange(9)
+#: error counts), the least rtol over that of the state, RELATIVE/(size against which errors count), three rows of
+#: scratch, a state within the step, and the step as a polynomial, v[X] + theta v[POLYNOMIAL] + ... + theta^5
+#: v[POLYNOMIAL + 4]. A method's own rows follow from OWN. As np.int64, because numba compiles a function again for
+#: every literal int that it is called with.
+X, X_NEW, F, THRESHOLD, RELATIVE, WEIGHTS, SHIFTED, F_SHIFTED, F_OPPOSITE, WITHIN, POLYNOMIAL = np.arange(11)
 DEGREE = 5
 OWN = POLYNOMIAL + DEGREE
 
 #: Scalars of a run. t, t_new: the step in hand; length: its full length, where an event ends it early; h the step size,
-#: h_max its limit, h_min its least value at t; first_step: of the first segment, 0 for automatic. segment: index of the
-#: stop that the run is heading for, at segment_end. next_output: first output time not yet saved; next_part: of the
-#: step's `refine` parts. found: events. worst: state with the largest error or correction. algebraic: the mass matrix
-#: is singular.
+#: h_max its limit, h_min its least value at t; first_step: of the first segment, 0 for automatic; longest_first: the
+#: longest that it may be, in any. segment: index of the stop that the run is heading for, at segment_end. next_output:
+#: first output time not yet saved; next_part: of the step's `refine` parts. found: events. worst: state with the
+#: largest error or correction. algebraic: the mass matrix is singular. central: Jacobians without a kernel are of
+#: central differences.
 CONTROL = [
-    *((name, "f8") for name in ("t", "t_new", "length", "h", "h_min", "h_max", "first_step", "segment_end")),
-    *((name, "f8") for name in ("rtol", "limit")),
+    *((name, "f8") for name in ("t", "t_new", "length", "h", "h_min", "h_max", "first_step", "longest_first")),
+    *((name, "f8") for name in ("segment_end", "rtol", "limit")),
     *((name, "i8") for name in ("phase", "segment", "saved", "next_output", "next_part", "refine", "found")),
     *((name, "i8") for name in ("max_steps", "steps", "failed_attempts", "evaluations", "jacobians")),
     *((name, "i8") for name in ("factorizations", "linear_solves", "failed_state", "worst")),
     *((name, "?") for name in ("reaches_end", "fresh_jacobian", "singular", "unit_mass", "algebraic", "terminated")),
+    ("central", "?"),
 ]
 
 
@@ -120,10 +123,10 @@ def _pseudo_inverse(mass: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _initial_vectors(problem: Problem, options: Options, rows: int) -> NDArray[np.float64]:
-    n, atol = len(problem.initial_state), np.asarray(options.atol)
-    if atol.ndim == 1 and len(atol) != n:
-        raise ValueError(f"atol has {len(atol)} entries, expected one number or one for each of the {n} states")
+    n = len(problem.initial_state)
+    rtol, atol = options.tolerances(n)
     v = np.zeros((rows, n))
     v[X] = problem.initial_state
-    v[THRESHOLD] = np.maximum(atol / options.rtol, np.finfo(np.float64).tiny)
+    v[THRESHOLD] = np.maximum(atol / rtol, np.finfo(np.float64).tiny)
+    v[RELATIVE] = rtol.min() / rtol
     return v

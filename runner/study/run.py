@@ -52,12 +52,19 @@ def settings(study: Study, model: Model, path: Path) -> dict[str, Any]:
     amounts = Amounts(path)
     parameters = study_parameters(study, model, amounts)
     return {
-        "span": (amounts("span", study.span[0], "s"), amounts("span", study.span[1], "s")),
+        "span": _span(study, amounts),
         "parameters": parameters,
         "inputs": study_signals(study, model, model.parameter_values(parameters), path),
         "initial": None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
         **_options(study, amounts),
     }
+
+
+def _span(study: Study, amounts: Amounts) -> tuple[float, float]:
+    t0, t1 = (amounts("span", t, "s") for t in study.span)
+    if not t0 < t1:
+        raise amounts.wrong("span", f"from {t0:g} to {t1:g} s; expected a start before the end")
+    return t0, t1
 
 
 def study_model(study: Study, path: Path) -> Model:

@@ -1,0 +1,139 @@
+"""Runs whose end lies before their start: the same problem in the time s = -t, which rises.
+
+With y(s) = x(-s), y' = -f(-s, y, u(-s)). So the loops know one direction only, and runs forward pay nothing for the
+other; a kernel gets a small compiled cover that calls it by its address. Inputs are read at (-rate) s + offset; the
+rate of one, du/dt, is that of -u in s.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from runner import abi
+from runner.events.kinds import Event, EventLog, OutputCrossing
+from runner.inputs.signal import C0, PHASE, InputTable
+from runner.methods import Method
+from runner.options import Options
+from runner.pointers import EVENT_SIGNATURE, call_event, call_kernel, pointer
+from runner.problem import Problem, Trajectory
+from runner.stiff.system import call_matrix_kernel
+
+Vector = NDArray[np.float64]
+
+#: Times that differ by no more than this part of themselves are one.
+ROUNDING = 16 * 2.0**-52
+
+
+def integrate_backward(problem: Problem, method: Method, options: Options) -> Trajectory:
+    """The trajectory of a problem with t1 < t0, its times falling. Directions of events are those along the run."""
+    t0, t1 = float(problem.t0), float(problem.t1)
+    for t in () if options.output_times is None else options.output_times:
+        if not t1 - ROUNDING * abs(t1) <= t <= t0 + ROUNDING * abs(t0):
+            raise ValueError(f"output time {t} is outside the span from {t0} to {t1}")
+    found = method.integrate(_mirrored(problem), method, _mirrored_options(options))
+    extras = dict(found.extras)
+    if "events" in extras:
+        log: EventLog = extras["events"]
+        extras["events"] = replace(log, t=mirrored_times(log.t))
+    return replace(found, t=mirrored_times(found.t), failed_at=0.0 - found.failed_at, extras=extras)
+
+
+def mirrored_times(t: Any) -> Any:
+    """Times t on the other side of 0, without a negative zero."""
+    return 0.0 - t
+
+
+def _mirrored(problem: Problem) -> Problem:
+    return replace(
+        problem,
+        rhs=_cover(problem.rhs, "rhs"),
+        jacobian=None if problem.jacobian is None else _cover(problem.jacobian, "jacobian"),
+        linear=None if problem.linear is None else _mirrored_linear(problem.linear),
+        t0=0.0 - problem.t0,
+        t1=0.0 - problem.t1,
+        sense=-problem.sense,
+        inputs=_mirrored_inputs(problem.inputs),
+        by_item=False,
+    )
+
+
+def _mirrored_inputs(table: InputTable) -> InputTable:
+    """The channels in s = -t; those of order 1 read pieces of the other sign, behind the others."""
+    count = len(table.pieces)
+    turned = table.pieces.copy()
+    turned[:, C0:PHASE] *= -1.0  # of a product of two of these factors, amplitude and frequency, ...
+    turned[:, PHASE - 1] *= -1.0  # ... only the first
+    shift = np.where(table.order == 1, count, 0)
+    return InputTable(
+        pieces=np.concatenate([table.pieces, turned]),
+        first=table.first + shift,
+        last=table.last + shift,
+        rate=-table.rate,
+        offset=table.offset,
+        order=table.order,
+        breakpoints=np.ascontiguousarray(mirrored_times(table.breakpoints[::-1])),
+    )
+
+
+def _mirrored_options(options: Options) -> Options:
+    times = options.output_times
+    return replace(
+        options,
+        output_times=None if times is None else mirrored_times(times),
+        events=tuple(map(_mirrored_event, options.events)),
+    )
+
+
+def _mirrored_event(event: Any) -> Any:
+    if isinstance(event, Event):
+        return replace(event, function=_cover(event.function, "event"))
+    if isinstance(event, OutputCrossing):
+        return replace(event, outputs=_cover(event.outputs, "outputs"))
+    return event
+
+
+def _mirrored_linear(linear: Any) -> Callable[[Vector, Vector, Vector], None]:
+    def turned(c: Vector, A: Vector, B: Vector) -> None:
+        linear(c, A, B)
+        A *= -1.0
+        B *= -1.0
+
+    return turned
+
+
+@cache
+def _cover(function: Any, kind: str) -> Any:
+    """A jitted function of s that calls this one at t = -s; rhs and jacobian with the other sign.
+
+    The address of the other stands in it as a number, so it is compiled anew in each process.
+    """
+    if kind == "event":
+        place = pointer(function, EVENT_SIGNATURE, kind)
+
+        def event(s, x, u, c):
+            return call_event(place, -s, x, u, c)
+
+        return njit(EVENT_SIGNATURE)(event)
+    if kind == "jacobian":
+        place = pointer(function, abi.MATRIX_KERNEL, kind)
+
+        def jacobian(s, x, u, c, J):
+            call_matrix_kernel(place, -s, x, u, c, J)
+            for i in range(J.shape[0]):
+                for j in range(J.shape[1]):
+                    J[i, j] = -J[i, j]
+
+        return njit(abi.MATRIX_KERNEL)(jacobian)
+    place, sign = pointer(function, abi.VECTOR_KERNEL, kind), -1.0 if kind == "rhs" else 1.0
+
+    def kernel(s, x, u, c, result):
+        call_kernel(place, -s, x, u, c, result)
+        for i in range(len(result)):
+            result[i] = sign * result[i]
+
+    return njit(abi.VECTOR_KERNEL)(kernel)
