@@ -5,6 +5,9 @@ from typing import Any
 
 import symengine as se
 
+#: What SymEngine makes of a division by zero.
+_NO_NUMBERS = frozenset(("ComplexInfinity", "Infinity", "NegativeInfinity", "NaN"))
+
 
 class Definitions:
     """Named quantities in order, each an expression in base symbols and earlier quantities.
@@ -42,12 +45,16 @@ class Definitions:
         sums = {variable: se.Add(*found) for variable, found in parts.items()}
         return {variable: total for variable, total in sums.items() if total != 0}
 
-    def substitute(self, expressions: Iterable[Any], values: Mapping[Any, Any]) -> list[Any]:
-        """Expressions with base symbols replaced, inside the quantities they use too."""
+    def substitute(self, expressions: Iterable[Any], values: Mapping[Any, Any]) -> list[Any] | None:
+        """Expressions with base symbols replaced, inside the quantities they use too; None where one has no value."""
         inner: dict[Any, Any] = dict(values)
-        for symbol, definition in self.expressions.items():
-            inner[symbol] = _replaced(definition, inner)
-        return [_replaced(expression, inner) for expression in expressions]
+        try:
+            for symbol, definition in self.expressions.items():
+                inner[symbol] = _replaced(definition, inner)
+            found = [_replaced(expression, inner) for expression in expressions]
+        except RuntimeError:  # what SymEngine has to say of sin(1/0)
+            return None
+        return found if all(map(_is_finite, found)) else None
 
     def _slope(self, symbol: Any, variable: Any) -> Any:
         """Give d symbol / d variable; None stands for the symbol itself, one."""
@@ -61,6 +68,10 @@ class Definitions:
 
 def _replaced(expression: Any, values: Mapping[Any, Any]) -> Any:
     return expression.subs({symbol: values[symbol] for symbol in expression.free_symbols & values.keys()})
+
+
+def _is_finite(expression: Any) -> bool:
+    return type(expression).__name__ not in _NO_NUMBERS and all(map(_is_finite, expression.args))
 
 
 def terms(expression: Any) -> tuple[Any, ...]:

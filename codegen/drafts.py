@@ -34,6 +34,8 @@ class Drafts:
         self._fixed_mass = equations.mass_matrix != "configuration-dependent"
         self._wishes = [str(acceleration) for acceleration in equations.accelerations]
         self._solution, accelerations = solve(self._factors, _sparse(equations.forces), names.fresh, self._wishes)
+        still = [(names.fresh(wish), se.Integer(0)) for k, wish in enumerate(self._wishes) if k not in accelerations]
+        self._solution += still
         self._accelerations = [accelerations.get(k, se.Integer(0)) for k in range(self._n)]
 
     @cached_property
@@ -131,14 +133,21 @@ class Drafts:
         channels = (*equations.inputs, *equations.rates)
         steps, entries = self._state_slopes
         input_steps, input_entries = self._slopes(channels)
+        known = set(equations.parameters) | {
+            symbol for symbol, _ in (*self.parameter_assignments, *steps, *input_steps)
+        }
+        slopes = (*entries.values(), *input_entries.values(), *(e for _, e in (*steps, *input_steps)))
         nothing = dict.fromkeys((*equations.coordinates, *equations.velocities, *channels), se.Integer(0))
+        if any(not value.free_symbols <= known for value in slopes):
+            return None
         rest = equations.definitions.substitute(equations.forces, nothing)
+        if rest is None:
+            return None
         rest_steps, offsets = solve(self._factors, _sparse(rest), self._names.fresh)
         last = {(row, len(channels)): value for row, value in offsets.items()}
         temporaries = (*steps, *input_steps, *rest_steps)
-        values = [*entries.values(), *input_entries.values(), *last.values(), *(e for _, e in temporaries)]
-        known = set(equations.parameters) | {symbol for symbol, _ in (*self.parameter_assignments, *temporaries)}
-        if any(not value.free_symbols <= known for value in values):
+        known |= {symbol for symbol, _ in rest_steps}
+        if any(not value.free_symbols <= known for value in (*last.values(), *(e for _, e in rest_steps))):
             return None
         below = {(self._n + row, column): value for (row, column), value in (input_entries | last).items()}
         state_matrix = _matrix("state_matrix", self._with_velocities(entries))

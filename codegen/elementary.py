@@ -14,6 +14,11 @@ def module() -> str:
     return environment("python").get_template("elementary.py.jinja").render()
 
 
+def names() -> tuple[str, ...]:
+    """The names of all functions."""
+    return tuple(_functions())
+
+
 def definitions(lines: tuple[str, ...]) -> tuple[str, ...] | None:
     """The functions that these lines of a kernel call, those they need first; None where there is no such function."""
     known = _functions()

@@ -76,11 +76,11 @@ def derive(system: System) -> Equations:
     """
     q = tuple(symbol(coordinate.symbol) for coordinate in system.coordinates)
     v = tuple(symbol(coordinate.rate) for coordinate in system.coordinates)
-    definitions = Definitions({symbol(s): convert(f"quantity {s}", e) for s, e in system.definitions.items()})
-    kinetic = convert("the kinetic energy", system.kinetic_energy)
-    potential = convert("the potential energy", system.potential_energy)
-    dissipation = convert("the dissipation", system.dissipation)
-    applied = tuple(convert(f"the force of {c.symbol}", system.force(c)) for c in system.coordinates)
+    definitions = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()})
+    kinetic = convert(system.kinetic_energy)
+    potential = convert(system.potential_energy)
+    dissipation = convert(system.dissipation)
+    applied = tuple(convert(system.force(c)) for c in system.coordinates)
     time, inputs = symbol("t"), tuple(symbol(channel.symbol) for channel in system.inputs)
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
     _refuse_rates(system, definitions, kinetic, potential, rates)
@@ -109,7 +109,7 @@ def derive(system: System) -> Equations:
         applied=applied,
         dissipated_power=_dot(v, dissipative),
         input_power=motion.input_power(kinetic, potential, momenta, mass, applied, system),
-        outputs=tuple(convert(f"output {o.symbol}", o.expression) for o in system.output_expressions),
+        outputs=tuple(convert(o.expression) for o in system.output_expressions),
         positions=_positions(system),
     )
 
@@ -163,8 +163,10 @@ class _Motion:
         """Give 2 T - qdot . dL/dqdot, or 0 where T is a homogeneous quadratic form of qdot and Pi has none."""
         at_rest = dict.fromkeys(self.v, se.Integer(0))
         still = self.definitions.substitute((kinetic, *momenta), at_rest)
-        natural = all(part == 0 for part in still) and not any(
-            self.definitions.base_symbols(entry) & set(self.v) for entry in mass.values()
+        natural = (
+            still is not None
+            and all(part == 0 for part in still)
+            and not any(self.definitions.base_symbols(entry) & set(self.v) for entry in mass.values())
         )
         return se.Integer(0) if natural else 2 * kinetic - _dot(self.v, momenta)
 
@@ -180,11 +182,7 @@ def _refuse_rates(system: System, definitions: Definitions, kinetic: Any, potent
 
 
 def _positions(system: System) -> dict[str, Any]:
-    return {
-        str(channel.symbol): convert(f"the position of {channel.symbol}", channel.position)
-        for channel in system.inputs
-        if channel.position is not None
-    }
+    return {str(channel.symbol): convert(channel.position) for channel in system.inputs if channel.position is not None}
 
 
 def _by(gradient: Mapping[Any, Any], variables: Sequence[Any]) -> Vector:

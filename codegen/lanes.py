@@ -1,29 +1,13 @@
 """The right-hand side in its second layout: LANES runs at once, in a loop that a compiler turns into vectors."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from codegen.elementary import definitions
 from codegen.kernel import Slot
 from codegen.lower import Program
 from codegen.printer import Printer
-
-#: Runs that a lane kernel advances: the doubles in a register of 512 bits.
-LANES = 8
-
-
-@dataclass(frozen=True)
-class LaneKernel:
-    """Text of a lane kernel: the functions it calls, and paragraphs of finished lines for the body of its loop."""
-
-    functions: tuple[str, ...]
-    paragraphs: tuple[tuple[str, ...], ...]
-
-    @property
-    def text(self) -> str:
-        """All of it."""
-        return "\n".join((*self.functions, *(line for paragraph in self.paragraphs for line in paragraph)))
+from codegen.skeleton import LaneKernel
 
 
 def lane_kernel(program: Program, rank: Mapping[Any, int]) -> LaneKernel | None:

@@ -11,7 +11,9 @@ from codegen.lagrange import Equations
 from codegen.rewrite import Names
 from codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
 from codegen.sharing import share
-from model.naming import KERNEL_NAMES
+from codegen.skeleton import reserved
+from model.check import declared
+from model.system import ModelError
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,11 @@ class Program:
 
 
 def lower(equations: Equations) -> Program:
-    """All kernels of a model, optimized, and the layout they share."""
+    """All kernels of a model, optimized, and the layout they share.
+
+    Raises ModelError where a symbol has a name that the generated functions use themselves.
+    """
+    _refuse_names(equations)
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
@@ -53,6 +59,15 @@ def lower_rhs(equations: Equations) -> Kernel:
     return _Lowering(equations).rhs()
 
 
+def _refuse_names(equations: Equations) -> None:
+    for role, symbol in declared(equations.system):
+        if str(symbol) in reserved():
+            raise ModelError(
+                f"model {equations.system.name}: {role} {str(symbol)!r} would shadow a name that the generated kernels "
+                "use themselves; choose another name"
+            )
+
+
 class _Lowering:
     """What all kernels of a model share: names given, symbols they may read, and constants computed once a run.
 
@@ -63,7 +78,7 @@ class _Lowering:
         state = (*equations.coordinates, *equations.velocities)
         base = (*equations.parameters, *state, *equations.inputs, *equations.rates, equations.time)
         self.author = frozenset(equations.definitions.expressions)
-        self.names = Names([*KERNEL_NAMES, *base, *self.author])
+        self.names = Names([*reserved(), *base, *self.author])
         self.drafts = Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
         self.reads: frozenset[Any] = frozenset(base)

@@ -1,51 +1,22 @@
 """Programs as text: what the templates are given, all strings finished."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
 from codegen.environment import environment
 from codegen.kernel import Kernel, Slot
-from codegen.lanes import LANES, lane_kernel
+from codegen.lanes import lane_kernel
 from codegen.lower import Program
 from codegen.printer import Printer
-
-#: Arguments and meaning of every kernel, in the order of the file.
-_HEADS = {
-    "constants": (("parameters", "constants"), "Constants of a run from its parameters."),
-    "rhs": (("t", "state", "inputs", "constants", "derivative"), "State derivative [qdot, qddot]."),
-    "jacobian": (("t", "state", "inputs", "constants", "matrix"), "Derivative of rhs by the state."),
-    "mass": (("t", "state", "inputs", "constants", "matrix"), "Mass matrix."),
-    "energy": (
-        ("t", "state", "inputs", "constants", "values"),
-        "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
-    ),
-    "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
-    "positions": (("parameters", "values"), "Positions of the inputs in POSITION, m ahead of the model's origin."),
-    "linear": (
-        ("constants", "state_matrix", "input_matrix"),
-        "A and B of rhs = A state + B [inputs, 1].",
-    ),
-}
-
-
-@dataclass(frozen=True)
-class Function:
-    """A generated function: `clears` are matrix arguments to be zeroed, paragraphs are lists of finished lines."""
-
-    name: str
-    arguments: str
-    docstring: str
-    clears: tuple[str, ...]
-    paragraphs: tuple[tuple[str, ...], ...]
+from codegen.skeleton import HEADS, LANES, Function, function
 
 
 def module(program: Program, source: str) -> str:
     """The Python module of a model, before the formatter; `source` names the model file in the header."""
     equations = program.equations
-    functions = [_function(program, name, program.kernels[name]) for name in _HEADS if name in program.kernels]
+    functions = [_function(program, name, program.kernels[name]) for name in HEADS if name in program.kernels]
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
     lanes = lane_kernel(program, rank(program, program.kernels["rhs"]))
     in_lanes = "" if lanes is None else lanes.text
@@ -96,26 +67,19 @@ def _input_table(program: Program) -> list[tuple[str, str, str, str]]:
 
 
 def _function(program: Program, name: str, kernel: Kernel) -> Function:
-    arguments, docstring = _HEADS[name]
     printer = Printer(rank(program, kernel))
     paragraphs = (
         tuple(_unpacked(program, name, kernel)),
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
         tuple(f"{slot} = {printer(expression)}" for slot, expression in kernel.writes),
     )
-    return Function(
-        name=name,
-        arguments=", ".join(arguments),
-        docstring=docstring,
-        clears=tuple(argument for argument in arguments if "matrix" in argument),
-        paragraphs=tuple(paragraph for paragraph in paragraphs if paragraph) or (("pass",),),
-    )
+    return function(name, paragraphs)
 
 
 def _unpacked(program: Program, name: str, kernel: Kernel) -> Iterable[str]:
     """Lines that read what the kernel uses, in the order of the arguments' entries."""
     slots = dict(program.slots)
-    if "parameters" in _HEADS[name][0]:
+    if "parameters" in HEADS[name][0]:
         slots = {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(program.equations.parameters)}
     read = kernel.used & kernel.reads
     return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in read and slot.index]

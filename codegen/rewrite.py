@@ -8,7 +8,11 @@ from symengine.lib.symengine_wrapper import Boolean
 
 Change = Callable[[Any], Any]
 
-_RELATIONS = {"StrictLessThan": se.Lt, "LessThan": se.Le, "Equality": se.Eq, "Unequality": se.Ne}
+#: What builds a condition again; SymEngine's own conditions do not say.
+_CONDITIONS = {
+    **{"StrictLessThan": se.Lt, "LessThan": se.Le, "Equality": se.Eq, "Unequality": se.Ne},
+    **{"And": se.And, "Or": se.Or, "Not": se.Not},
+}
 
 
 def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
@@ -24,8 +28,8 @@ def rebuild(expression: Any, arguments: list[Any]) -> Any:
     """The same node with other arguments."""
     if isinstance(expression, se.Piecewise):
         return se.Piecewise(*zip(arguments[::2], arguments[1::2], strict=True))
-    relation = _RELATIONS.get(type(expression).__name__)
-    return relation(*arguments) if relation else expression.func(*arguments)
+    condition = _CONDITIONS.get(type(expression).__name__)
+    return condition(*arguments) if condition else expression.func(*arguments)
 
 
 def is_number(expression: Any) -> bool:

@@ -1,29 +1,41 @@
 """What makes a `System` physics. Each check yields messages; a `System` raises them together."""
 
 import math
-from collections.abc import Iterable, Iterator
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from sympy import Derivative, Expr, Integral, Symbol
-from sympy.core.function import AppliedUndef
+from sympy import Expr, Symbol, sympify
 
-from model.inertia import massless
-from model.naming import name_problem, t
+from model.inertia import inertia
+from model.naming import LONGEST, name_problem, t
+from model.vocabulary import refusals
 
 if TYPE_CHECKING:
     from model.system import System
 
 Named = tuple[str, Symbol]
 
+#: What the sequences of a system hold, by the names of its classes.
+_HELD = {
+    "coordinates": ("Coordinate",),
+    "parameters": ("Parameter",),
+    "inputs": ("Input",),
+    "quantities": ("Quantity",),
+    "outputs": ("Output", "Quantity"),
+}
+
 
 def problems(system: "System") -> list[str]:
     """Every reason to refuse a system; later checks run only where the earlier ones passed."""
     stages = (
+        (_kinds,),
         (_symbols_given,),
         (_types,),
         (_names, _texts, _numbers),
-        (_expressions, _order),
+        (_expressions, _order, _vocabulary),
         (_unused, _fixed_positions, _inertia),
     )
     for checks in stages:
@@ -62,11 +74,26 @@ def expressions(system: "System") -> Iterator[tuple[str, Any]]:
     yield from positions(system)
 
 
+def outputs(system: "System") -> Iterator[tuple[str, Any]]:
+    """(place, expression) of the outputs."""
+    yield from ((f"output {output.symbol}", output.expression) for output in system.outputs)
+
+
 def positions(system: "System") -> Iterator[tuple[str, Any]]:
     """(place, expression) of the inputs that have a position."""
     for channel in system.inputs:
         if channel.position is not None:
             yield f"position of {channel.symbol}", channel.position
+
+
+def _kinds(system: "System") -> Iterator[str]:
+    for name, kinds in _HELD.items():
+        for item in getattr(system, name):
+            if type(item).__name__ not in kinds:
+                yield f"{name} holds {item!r}, expected {' or '.join(kinds)}"
+    for name in ("generalized_forces", "parameter_sets"):
+        if not isinstance(getattr(system, name), Mapping):
+            yield f"{name} is a {type(getattr(system, name)).__name__}, expected a mapping"
 
 
 def _symbols_given(system: "System") -> Iterator[str]:
@@ -80,26 +107,28 @@ def _symbols_given(system: "System") -> Iterator[str]:
 def _types(system: "System") -> Iterator[str]:
     if not system.coordinates:
         yield "has no coordinates"
-    outputs = ((f"output {output.symbol}", output.expression) for output in system.outputs)
-    for place, expression in (*expressions(system), *outputs):
-        if not isinstance(expression, Expr | int | float):
-            yield f"{place} is a {type(expression).__name__}, expected a SymPy expression"
+    for place, expression in (*expressions(system), *outputs(system)):
+        if isinstance(expression, bool) or not isinstance(expression, Expr | int | float):
+            hint = "; take its entry, [0, 0]" if getattr(expression, "shape", None) == (1, 1) else ""
+            yield f"{place} is a {type(expression).__name__}, expected a SymPy expression{hint}"
 
 
 def _names(system: "System") -> Iterator[str]:
     if reason := name_problem(system.name):
-        yield f"the name {system.name!r} {reason}"
+        yield f"the name {str(system.name)[:LONGEST]!r} {reason}"
     seen: dict[str, str] = {"t": "time"}
     for role, symbol in declared(system):
         if reason := name_problem(symbol.name):
-            yield f"{role} {symbol.name!r} {reason}; choose another name"
+            yield f"{role} {symbol.name[:LONGEST]!r} {reason}; choose another name"
+        elif symbol.name == "time" and role != "parameter":
+            yield f"{role} 'time' has the name of time in the results; choose another name"
         elif symbol.name in seen:
             yield f"{symbol.name} is used twice, as {seen[symbol.name]} and as {role}"
         seen.setdefault(symbol.name, role)
 
 
 def _texts(system: "System") -> Iterator[str]:
-    if not system.title.strip():
+    if not isinstance(system.title, str) or not system.title.strip():
         yield "has no title"
     for item in (*system.coordinates, *system.parameters, *system.inputs, *system.quantities, *system.outputs):
         for what in ("unit", "meaning"):
@@ -133,8 +162,8 @@ def _expressions(system: "System") -> Iterator[str]:
             names = {coordinate.name for coordinate in coordinates}
             yield f"a generalized force is given for {symbol}, which is no coordinate{_nearest(str(symbol), names)}"
     accelerations = {coordinate.acceleration for coordinate in system.coordinates}
-    outputs = {symbol for role, symbol in declared(system) if role == "output"}
-    known = {t} | {symbol for _, symbol in declared(system)} - outputs
+    results = {symbol for role, symbol in declared(system) if role == "output"}
+    known = {t} | {symbol for _, symbol in declared(system)} - results
     for place, expression in expressions(system):
         yield from _unknown_symbols(place, expression, known - accelerations)
     for output in system.outputs:
@@ -154,17 +183,14 @@ def _fixed_positions(system: "System") -> Iterator[str]:
 def _unknown_symbols(place: str, expression: Any, known: set[Symbol]) -> Iterator[str]:
     if not isinstance(expression, Expr):
         return
-    for function in sorted(expression.atoms(AppliedUndef, Derivative, Integral), key=str):
-        yield f"{place} uses {function}: write plain symbols for coordinates and velocities, not functions of time"
-    names = {symbol.name: symbol for symbol in known}
-    for symbol in sorted(expression.free_symbols - known, key=str):
-        if str(symbol) in names:
-            yield (
-                f"{place} uses {symbol}, declared with other assumptions "
-                f"({_assumptions(symbol)} against {_assumptions(names[str(symbol)])}): use one Symbol object throughout"
-            )
-        else:
-            yield f"{place} uses {symbol}, which is not declared{_nearest(str(symbol), names)}"
+    names = {symbol.name for symbol in known}
+    for symbol in sorted(_symbols(expression) - known, key=str):
+        yield f"{place} uses {symbol}, which is not declared{_nearest(str(symbol), names)}"
+
+
+def _vocabulary(system: "System") -> Iterator[str]:
+    for place, expression in (*expressions(system), *outputs(system)):
+        yield from (f"{place} uses {refusal}" for refusal in refusals(sympify(expression)))
 
 
 def _order(system: "System") -> Iterator[str]:
@@ -214,22 +240,30 @@ def _inertia(system: "System") -> Iterator[str]:
             f"coordinate {coordinate.symbol} has no inertia: the kinetic energy does not depend on {coordinate.rate}, "
             "so the mass matrix is singular"
         )
-    if not missing and (together := massless(system.kinetic_energy, velocities, system.definitions)):
-        names = ", ".join(str(system.coordinates[k].symbol) for k in together)
-        yield f"the mass matrix is singular: a motion of {names} together has no kinetic energy"
+    if missing:
+        return
+    defaults = {parameter.symbol: float(parameter.default) for parameter in system.parameters}
+    found = inertia(sympify(system.kinetic_energy), velocities, system.definitions, defaults)
+    if found.massless:
+        names = ", ".join(str(system.coordinates[k].symbol) for k in found.massless)
+        together = " together" if len(found.massless) > 1 else ""
+        what = "the mass matrix is singular" if found.singular else "the kinetic energy is not positive"
+        yield f"{what}: a motion of {names}{together} has no kinetic energy"
+    elif not found.is_known:
+        warnings.warn(
+            f"model {system.name}: the kinetic energy has no real value near the default parameters, nor at the other "
+            "points that were tried; whether the mass matrix can be inverted is not known",
+            stacklevel=2,
+        )
 
 
 def _symbols(expression: Any) -> set[Symbol]:
-    return expression.free_symbols if isinstance(expression, Expr) else set()
+    found = expression.free_symbols if isinstance(expression, Expr) else ()
+    return {symbol for symbol in found if isinstance(symbol, Symbol)}
 
 
 def _finite(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _assumptions(symbol: Symbol) -> str:
-    given = ", ".join(f"{name}={value}" for name, value in sorted(symbol.assumptions0.items()) if name != "commutative")
-    return given or "none"
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _nearest(name: str, known: Iterable[str]) -> str:

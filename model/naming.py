@@ -5,13 +5,8 @@ import re
 
 from sympy import Symbol
 
-#: Names that the generated functions use themselves.
-KERNEL_NAMES = frozenset(
-    (
-        *("t", "parameters", "constants", "state", "inputs"),
-        *("derivative", "matrix", "values", "state_matrix", "input_matrix", "math", "njit"),
-    )
-)
+#: The most characters of a name: files and stores of results call what they hold so.
+LONGEST = 100
 
 #: Time, wherever a model depends on it explicitly.
 t = Symbol("t")
@@ -27,11 +22,11 @@ def dotted(symbol: Symbol) -> Symbol:
 
 
 def name_problem(name: str) -> str | None:
-    """Why a name cannot be used in generated code, or None."""
-    if not _IDENTIFIER.match(name):
+    """Why a name cannot be used in generated code and files, or None; codegen refuses those that its functions use."""
+    if not isinstance(name, str) or not _IDENTIFIER.match(name):
         return "is not a valid identifier (a letter, then letters, digits and underscores)"
     if keyword.iskeyword(name):
         return "is a Python keyword"
-    if name in KERNEL_NAMES:
-        return "would shadow a name that the generated kernels use themselves"
+    if len(name) > LONGEST:
+        return f"has {len(name)} characters, more than {LONGEST}"
     return None

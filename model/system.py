@@ -3,14 +3,16 @@
 Plain symbols stand for q and qdot (not functions of time). A `System` checks itself at birth, see `check`.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
-from sympy import Expr, Integer, Symbol, sympify
+from sympy import Expr, Integer, Symbol, SympifyError, sympify
 
+from model.assumptions import plain, unkept
 from model.check import problems
-from model.naming import dotted, t
+from model.kinks import cases
+from model.naming import LONGEST, dotted, t
 
 __all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "System", "t"]
 
@@ -102,6 +104,9 @@ class System:
     is quadratic) and the generalized forces Q may depend on q, qdot, t, parameters, inputs and quantities in any form.
     A Pi that depends on qdot is a generalized potential (L = T - Pi throughout; Goldstein, Classical Mechanics, 1.5).
 
+    Symbols are real. They may be declared so (`Symbol("x", real=True)`), a parameter also as what its values are
+    (positive=True); the system holds plain symbols of the same names.
+
     outputs: `Output`s, and quantities to be computed as outputs under their own names.
     parameter_sets: name -> {parameter symbol: value}, what differs from the defaults.
 
@@ -123,12 +128,17 @@ class System:
 
     def __post_init__(self) -> None:
         for name in ("coordinates", "parameters", "inputs", "quantities", "outputs"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+            object.__setattr__(self, name, _tuple(getattr(self, name)))
         for name in ("kinetic_energy", "potential_energy", "dissipation"):
             object.__setattr__(self, name, _expression(getattr(self, name)))
-        found = problems(self)
+        self._refuse(unkept(self))
+        for each in fields(self):
+            object.__setattr__(self, each.name, plain(getattr(self, each.name)))
+        self._refuse(problems(self))
+
+    def _refuse(self, found: Sequence[str]) -> None:
         if found:
-            raise ModelError(f"model {self.name}: " + "\n  ".join(found))
+            raise ModelError(f"model {str(self.name)[:LONGEST]}: " + "\n  ".join(found))
 
     def force(self, coordinate: Coordinate) -> Expr:
         """The generalized force of a coordinate; zero where none is given."""
@@ -166,6 +176,7 @@ class System:
 
 def _time_derivative(expression: Expr, rates: Mapping[Symbol, Expr]) -> Expr:
     """d/dt of an expression in coordinates, inputs, earlier quantities and t, by the chain rule."""
+    expression = cases(expression)
     total = expression.diff(t)
     for symbol in sorted(expression.free_symbols & rates.keys(), key=str):
         total += expression.diff(symbol) * rates[symbol]
@@ -173,5 +184,12 @@ def _time_derivative(expression: Expr, rates: Mapping[Symbol, Expr]) -> Expr:
 
 
 def _expression(value: object) -> object:
-    """Numbers become SymPy numbers; strings are never parsed and stay for the check to refuse."""
-    return value if isinstance(value, str) else sympify(value)
+    """Numbers become SymPy numbers; strings are never parsed, and stay for the check to refuse as all others do."""
+    try:
+        return value if isinstance(value, str | bool) else sympify(value)
+    except SympifyError:
+        return value
+
+
+def _tuple(value: object) -> tuple[object, ...]:
+    return tuple(value) if isinstance(value, Iterable) else (value,)

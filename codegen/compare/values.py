@@ -67,7 +67,7 @@ class Reading:
 
     def _call(self, function: str, arguments: list[Any]) -> Any:
         if function in _KINKED:
-            return convert(function, _KINKED[function](*map(_real, arguments)))
+            return convert(_KINKED[function](*map(_real, arguments)))
         return _FUNCTIONS[function](*arguments)
 
 

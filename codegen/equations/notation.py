@@ -13,7 +13,10 @@ from codegen.equations.legible import legible
 from codegen.equations.order import Order
 from codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
 from codegen.equations.reading import Reader
+from codegen.equations.spelling import alike
 from codegen.lagrange import Equations
+from model.check import declared
+from model.system import ModelError
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +95,14 @@ class Document:
 
 
 def describe(equations: Equations, source: str) -> Document:
-    """Write the derived equations down as a document; `source` names the model's file."""
+    """Write the derived equations down as a document; `source` names the model's file.
+
+    Raises ModelError where two symbols would look the same.
+    """
     system = equations.system
+    dotted = frozenset(map(str, (*equations.coordinates, *equations.inputs)))
+    for one, other in alike((str(symbol) for _, symbol in declared(system)), dotted):
+        raise ModelError(f"model {system.name}: {one} and {other} are typeset alike; rename one of them")
     writing = _Writing(equations)
     return Document(
         name=system.name,
@@ -112,7 +121,7 @@ def describe(equations: Equations, source: str) -> Document:
         mass=writing.mass(),
         output_definitions=writing.outputs(),
         is_generalized=bool(equations.definitions.base_symbols(equations.potential) & set(equations.velocities)),
-        dotted=frozenset(map(str, (*equations.coordinates, *equations.inputs))),
+        dotted=dotted,
     )
 
 

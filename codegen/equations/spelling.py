@@ -1,7 +1,7 @@
 """How a symbol's name is read: qdot_6 as q with a dot and the index 6, tyre_force_1 as words with an index."""
 
 import re
-from collections.abc import Set
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 
 #: Greek letters by name; the capitals are those that differ from Latin ones.
@@ -41,6 +41,15 @@ def spelling(name: str, declared: Set[str] = frozenset()) -> Spelling:
         while rest and not rest[0].isdigit() and len(rest[0]) > 1:
             words.append(rest.pop(0))
     return Spelling(" ".join(words), dots, tuple(rest))
+
+
+def alike(names: Iterable[str], declared: Set[str] = frozenset()) -> Iterator[tuple[str, str]]:
+    """Pairs of different names that are read, and so typeset, alike: x1 and x_1."""
+    seen: dict[Spelling, str] = {}
+    for name in names:
+        earlier = seen.setdefault(spelling(name, declared), name)
+        if earlier != name:
+            yield earlier, name
 
 
 def _undotted(base: str, declared: Set[str]) -> tuple[str, int]:

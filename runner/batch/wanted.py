@@ -32,6 +32,8 @@ def check_outputs(study: Study, sweep: Sweep, model: Model) -> None:
     for i, name in enumerate(study.outputs.keep):
         if name not in names:
             raise ValueError(f"outputs.keep.{i}: {unknown('quantity', name, names)}")
+        if name in RESERVED:
+            raise ValueError(f"outputs.keep.{i}: the results call something else {name!r}; rename it in the model")
         if name in study.outputs.keep[:i]:
             raise ValueError(f"outputs.keep.{i}: {name!r} stands twice")
     if study.outputs.every < 1:
