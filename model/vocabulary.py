@@ -28,7 +28,7 @@ _CONSTANTS = (type(sympy.pi), type(sympy.E))
 _ALLOWED = frozenset((Symbol, Add, Mul, Pow, Piecewise, *SMOOTH, *KINKED, *_CONDITIONS, *_JUNCTIONS, *_CONSTANTS))
 
 #: The greatest whole number that may stand in an exponent, and how deep kinks may stand in conditions of kinks.
-_LARGEST_EXPONENT, _DEEPEST = 1000, 3
+_LARGEST_EXPONENT, _DEEPEST = 2**31 - 1, 3
 #: The most characters of a term that a message shows.
 _LONGEST = 80
 
