@@ -12,6 +12,7 @@ from sympy import Expr, Symbol, sympify
 from model.inertia import inertia
 from model.naming import LONGEST, name_problem, t
 from model.vocabulary import refusals
+from units.worth import problem
 
 if TYPE_CHECKING:
     from model.system import System
@@ -138,6 +139,8 @@ def _texts(system: "System") -> Iterator[str]:
                 yield f"{item.symbol} has no {what}{hint}"
             elif not text.isprintable():
                 yield f"the {what} of {item.symbol} holds a character that cannot be printed: {text!r}"
+            elif what == "unit" and (wrong := problem(text)):
+                yield f"the unit of {item.symbol} is {text!r}: {wrong}"
 
 
 def _numbers(system: "System") -> Iterator[str]:

@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from runner.study.base import Table
+from runner.study.base import Real, Table, Whole
 
 #: What is taken of a quantity within the window of an observation.
 Measure = Literal["greatest", "least", "range", "largest", "final", "rms", "at"]
@@ -17,9 +17,9 @@ class Unknown(Table):
     """
 
     key: str | tuple[str, ...]
-    start: float
-    lower: float
-    upper: float
+    start: Real
+    lower: Real
+    upper: Real
     unit: str = ""
     meaning: str = ""
 
@@ -45,18 +45,18 @@ class Observation(Table):
     """
 
     quantity: str
-    sigma: float = Field(gt=0)
+    sigma: Real = Field(gt=0)
     change: bool = False
     source: str = ""
-    value: float | None = None
+    value: Real | None = None
     measure: Measure = "greatest"
-    after: float | None = None
-    before: float | None = None
-    at: float | None = None
-    t: tuple[float, ...] | None = None
-    values: tuple[float, ...] | None = None
+    after: Real | None = None
+    before: Real | None = None
+    at: Real | None = None
+    t: tuple[Real, ...] | None = None
+    values: tuple[Real, ...] | None = None
     file: str | None = None
-    columns: tuple[str | int, str | int] = (0, 1)
+    columns: tuple[str | Whole, str | Whole] = (0, 1)
 
     @model_validator(mode="after")
     def _one_kind(self) -> "Observation":
@@ -91,5 +91,5 @@ class Identification(Table):
     study: str
     unknowns: dict[str, Unknown] = Field(min_length=1)
     scenarios: tuple[Scenario, ...] = Field(min_length=1)
-    starts: int = Field(default=1, ge=1)
-    seed: int = 0
+    starts: Whole = Field(default=1, ge=1)
+    seed: Whole = 0

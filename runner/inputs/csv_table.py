@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from runner.checks import finite, unknown
 from runner.inputs.signal import Signal
 from runner.inputs.tables import resampled, table_at
+from units.worth import AngleError, DimensionError, conversion, to_base
 
 #: Delimiters in the order of preference: a file with semicolons or tabs may have decimal commas.
 DELIMITERS = (";", "\t", ",")
@@ -61,7 +62,7 @@ def samples_from_csv(
     """
     path = Path(path)
     rows = _rows(path)
-    heading = [] if all(_is_number(cell) for cell in rows[0][1]) else [_heading(cell) for cell in rows.pop(0)[1]]
+    heading = [] if _is_row(path, *rows[0]) else [_heading(cell) for cell in rows.pop(0)[1]]
     if len(rows) < 2:
         raise ValueError(f"{path}: {len(rows)} rows of numbers; a table needs two or more")
     _check_widths(path, rows, heading)
@@ -118,6 +119,15 @@ def _is_number(cell: str) -> bool:
     return "_" not in cell
 
 
+def _is_row(path: Path, line: int, cells: list[str]) -> bool:
+    """Whether the first line is one of numbers, and no heading; a line of numbers with a slip in it is refused."""
+    numbers = [_is_number(cell) for cell in cells]
+    if not all(numbers) and all(re.match(r"[-+]?[.,]?[0-9]", cell) for cell in cells):
+        wrong = cells[numbers.index(False)]
+        raise ValueError(f"{path}, line {line}: {wrong!r} is not a number, and a heading begins with no digit")
+    return all(numbers)
+
+
 def _heading(cell: str) -> tuple[str, str | None]:
     match = HEADING.match(cell)
     assert match is not None  # the pattern matches every line
@@ -168,13 +178,12 @@ def _number(path: Path, line: int, name: str, row: list[str], place: int) -> flo
 def _converted(where: str, numbers: NDArray[np.float64], unit: str | None, wanted: str | None) -> NDArray[np.float64]:
     if not unit or unit == wanted:
         return numbers
-    import pint  # noqa: PLC0415 - slow to import, and files in the model's own units need none
-
     try:
-        quantity = pint.get_application_registry().Quantity(numbers, unit)
-        converted = quantity.to(wanted) if wanted else quantity.to_base_units()
-    except pint.DimensionalityError:
+        convert = conversion(unit, wanted) if wanted else to_base(unit)
+    except AngleError as error:
+        raise ValueError(f"{where}: [{unit}] {error}") from None
+    except DimensionError:
         raise ValueError(f"{where}: [{unit}] cannot be turned into [{wanted}]") from None
-    except (pint.UndefinedUnitError, pint.PintError, ValueError, AssertionError) as error:
-        raise ValueError(f"{where}: unknown unit [{unit}] ({error})") from None
-    return np.asarray(converted.magnitude, dtype=np.float64)
+    except ValueError as error:
+        raise ValueError(f"{where}: unknown unit [{unit}]: {error}") from None
+    return np.asarray(convert(numbers), dtype=np.float64)

@@ -5,7 +5,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from runner.identify.schema import Measure
-from runner.study.base import Table
+from runner.study.base import Real, Table, Whole
 
 Verdict = Literal["holds", "rests on an assumption", "differs"]
 
@@ -25,9 +25,9 @@ class CostSettings(Table):
 
     study: str
     quantity: str
-    times: tuple[float, ...]
-    limit: float
-    repeats: int = 5
+    times: tuple[Real, ...]
+    limit: Real
+    repeats: Whole = 5
     paper: dict[str, CostCase]
 
 
@@ -41,19 +41,19 @@ class FiringSettings(Table):
     """
 
     study: str
-    first: float
-    shortest: float
-    longest: float
-    points: int
-    series: tuple[int, ...]
+    first: Real
+    shortest: Real
+    longest: Real
+    points: Whole
+    series: tuple[Whole, ...]
     quantities: tuple[str, ...]
-    after: float
-    paper_interval: float
-    paper_comfortable: float
-    burst: int
-    burst_shortest: float
-    burst_longest: float
-    seed: int = 0
+    after: Real
+    paper_interval: Real
+    paper_comfortable: Real
+    burst: Whole
+    burst_shortest: Real
+    burst_longest: Real
+    seed: Whole = 0
 
 
 class DriveSettings(Table):
@@ -66,15 +66,15 @@ class DriveSettings(Table):
     study: str
     quantity: str
     road: str
-    speeds: tuple[float, ...]
-    more_speeds: tuple[float, ...] = ()
-    shots: tuple[int, ...]
-    first: float
-    interval: float
-    distance: float
-    points: int = 801
-    roads: int = Field(ge=1)
-    shown: int = 0
+    speeds: tuple[Real, ...]
+    more_speeds: tuple[Real, ...] = ()
+    shots: tuple[Whole, ...]
+    first: Real
+    interval: Real
+    distance: Real
+    points: Whole = 801
+    roads: Whole = Field(ge=1)
+    shown: Whole = 0
 
 
 class PhaseSettings(Table):
@@ -86,11 +86,11 @@ class PhaseSettings(Table):
     study: str
     set: dict[str, Any] = Field(default_factory=dict)
     quantity: str
-    first: tuple[float, float]
-    intervals: tuple[float, float]
-    after: float
-    step: float = 0.01
-    every: int = 5
+    first: tuple[Real, Real]
+    intervals: tuple[Real, Real]
+    after: Real
+    step: Real = 0.01
+    every: Whole = 5
 
 
 class Run(Table):
@@ -101,9 +101,9 @@ class Run(Table):
     quantity: str
     change: bool = False
     measure: Measure = "greatest"
-    after: float | None = None
-    before: float | None = None
-    at: float | None = None
+    after: Real | None = None
+    before: Real | None = None
+    at: Real | None = None
 
 
 class Claim(Table):
@@ -119,12 +119,12 @@ class Claim(Table):
     says: str
     number: str | None = None
     run: Run | None = None
-    value: float | None = None
-    least: float | None = None
-    most: float | None = None
+    value: Real | None = None
+    least: Real | None = None
+    most: Real | None = None
     unit: str = ""
-    scale: float = 1.0
-    tolerance: float = 0.0
+    scale: Real = 1.0
+    tolerance: Real = 0.0
     rests_on: tuple[str, ...] = ()
     expected: Verdict
     remark: str = ""

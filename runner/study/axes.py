@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,14 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from runner.study.base import Amount
 from runner.study.batch_schema import AxisTable
-from runner.study.units import Amount, magnitude, split
+from runner.study.units import magnitude
+from units.amounts import number_and_unit
+from units.worth import problem
 
 #: Ways to give the values of an axis; those of SAMPLED are drawn, one value a run.
 LISTED = ("values", "linspace", "logspace", "range")
 SAMPLED = ("uniform", "loguniform", "normal", "integers")
 #: The most values of one axis.
 MOST = 10_000_000
+#: How a text begins that is meant as a number.
+_SLIP = re.compile(r"\s*[-+−]?[.,]?\d")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +51,7 @@ class Axis:
         value = self.values[i].item()
         if self.offset != 0.0 or self.factor != 1.0:
             value = self.offset + self.factor * value
-        return f"{value!r} {self.unit}" if self.unit else value
+        return f"{value!r} {self.unit}" if self.unit not in ("", "1") else value
 
 
 def axis_of(table: AxisTable, name: str) -> Axis:
@@ -55,6 +61,8 @@ def axis_of(table: AxisTable, name: str) -> Axis:
         found = " and ".join(given) or "none"
         raise ValueError(f"key: expected one of {', '.join((*LISTED, *SAMPLED))}; found {found}")
     way = given[0]
+    if table.unit is not None and (wrong := problem(table.unit)):
+        raise ValueError(f"unit: {table.unit!r}: {wrong}")
     keys = (table.key,) if isinstance(table.key, str) else table.key
     if not keys:
         raise ValueError("key: expected a dotted key such as parameters.m_6, or a list of some")
@@ -99,9 +107,12 @@ def _listed(table: AxisTable, keys: tuple[str, ...], name: str) -> Axis:
                 f"labels: {len(table.labels)} for {len(items)} values; expected one for each, all different"
             )
         return Axis(keys, name, "", table.zip, np.array(table.labels, dtype=object), items)
-    numbers = [isinstance(item, int | float) and not isinstance(item, bool) for item in items]
-    texts = [isinstance(item, str) and split(item) is not None for item in items]
-    if all(number or text for number, text in zip(numbers, texts, strict=True)):
+    amounts = [_is_amount(item) for item in items]
+    if any(amounts) and not all(amounts):
+        for item in items:
+            if isinstance(item, str) and _SLIP.match(item):
+                _parts("values", item)  # raises where it is none
+    if all(amounts):
         values, unit = _numbers("values", items, table.unit)
         whole = all(isinstance(item, int) for item in items) and not unit
         return Axis(keys, name, unit, table.zip, np.array(values, dtype=np.int64 if whole else np.float64))
@@ -109,6 +120,17 @@ def _listed(table: AxisTable, keys: tuple[str, ...], name: str) -> Axis:
         raise ValueError(f"unit: {table.unit!r} is given, but not all values are numbers")
     labels = [item if isinstance(item, str) else json.dumps(item, default=str) for item in items]
     return Axis(keys, name, "", table.zip, np.array(labels, dtype=object), items)
+
+
+def _is_amount(item: Any) -> bool:
+    """Whether an item is a number, or a text with a number and a unit."""
+    if not isinstance(item, str):
+        return isinstance(item, int | float) and not isinstance(item, bool)
+    try:
+        number_and_unit(item)
+    except ValueError:
+        return False
+    return True
 
 
 def _spaced(table: AxisTable, way: str) -> tuple[NDArray[Any], str]:
@@ -146,10 +168,17 @@ def _distribution(table: AxisTable, way: str) -> tuple[float, float, str]:
 
 def _numbers(where: str, amounts: Sequence[Amount], declared: str | None) -> tuple[list[float], str]:
     """The amounts in one unit: the one declared, or else that of the first amount that has one."""
-    parts = [split(amount) if isinstance(amount, str) else (float(amount), "") for amount in amounts]
-    for amount, part in zip(amounts, parts, strict=True):
-        if part is None or not math.isfinite(part[0]):
-            raise ValueError(f"{where}: {amount!r} is no finite number, with or without a unit")
-    pairs = [part for part in parts if part is not None]
+    pairs = [_parts(where, amount) for amount in amounts]
     unit = declared or next((unit for _, unit in pairs if unit), "")
     return [number if own in ("", unit) else magnitude(where, f"{number!r} {own}", unit) for number, own in pairs], unit
+
+
+def _parts(where: str, amount: Amount) -> tuple[float, str]:
+    """Number and unit of an amount."""
+    try:
+        number, unit = number_and_unit(amount) if isinstance(amount, str) else (float(amount), "")
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{where}: {amount!r}; expected a finite number, with or without a unit")
+    return number, unit

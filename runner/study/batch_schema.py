@@ -2,8 +2,9 @@
 
 from typing import Any, Literal
 
-from runner.study.base import Table
-from runner.study.units import Amount
+from pydantic import Field
+
+from runner.study.base import Amount, Real, Table, Whole
 
 
 class AxisTable(Table):
@@ -22,16 +23,16 @@ class AxisTable(Table):
     unit: str | None = None
     zip: str | None = None
     offset: Amount = 0.0
-    factor: float = 1.0
+    factor: Real = 1.0
     values: tuple[Any, ...] | None = None
     labels: tuple[str, ...] | None = None
-    linspace: tuple[Amount, Amount, int] | None = None
-    logspace: tuple[Amount, Amount, int] | None = None
-    range: tuple[int, int] | None = None
+    linspace: tuple[Amount, Amount, Whole] | None = None
+    logspace: tuple[Amount, Amount, Whole] | None = None
+    range: tuple[Whole, Whole] | None = None
     uniform: tuple[Amount, Amount] | None = None
     loguniform: tuple[Amount, Amount] | None = None
     normal: tuple[Amount, Amount] | None = None
-    integers: tuple[int, int] | None = None
+    integers: tuple[Whole, Whole] | None = None
 
 
 class SweepTable(Table):
@@ -41,11 +42,11 @@ class SweepTable(Table):
     written together; chosen by the size of their outputs where it is not given.
     """
 
-    axes: tuple[AxisTable, ...] = ()
-    samples: int | None = None
+    axes: tuple[AxisTable, ...] = Field(default=(), max_length=1000)
+    samples: Whole | None = None
     sampling: Literal["random", "latin_hypercube", "sobol", "halton"] = "random"
-    seed: int = 0
-    block: int | None = None
+    seed: Whole = 0
+    block: Whole | None = None
 
 
 class MetricTable(Table):
@@ -66,7 +67,7 @@ class MetricTable(Table):
     band: Amount | None = None
     weighting: Literal["Wk", "Wd", "Wf"] | None = None
     static: Amount | None = None
-    fraction: float | None = None
+    fraction: Real | None = None
     better: Literal["less", "more"] = "less"
 
 
@@ -78,4 +79,4 @@ class OutputTable(Table):
 
     interval: Amount | None = None
     keep: tuple[str, ...] = ()
-    every: int = 1
+    every: Whole = 1

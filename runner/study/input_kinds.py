@@ -4,8 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from runner.study.base import Table
-from runner.study.units import Amount
+from runner.study.base import Amount, Real, Table, Whole
 
 
 class ConstantInput(Table):
@@ -33,7 +32,7 @@ class Pulses(Table):
     """
 
     times: tuple[Amount, ...] | None = None
-    count: int | None = None
+    count: Whole | None = None
     interval: Amount | None = None
     rate_of_fire: Amount | None = None
     start: Amount = 0.0
@@ -43,7 +42,7 @@ class Pulses(Table):
     shell_mass: Amount | None = None
     muzzle_velocity: Amount | None = None
     charge_mass: Amount | None = None
-    gas_velocity_factor: float | None = None
+    gas_velocity_factor: Real | None = None
 
 
 class PulseInput(Pulses):
@@ -55,15 +54,15 @@ class PulseInput(Pulses):
 
     kind: Literal["pulse_train"]
     shape: Literal["half_sine", "triangle", "trapezoid", "exponential"] = "half_sine"
-    rise: float = 0.25
+    rise: Real = 0.25
 
 
 class Samples(Table):
     """Where samples stand: two columns of a CSV file, with their units; resample is a spacing, none by default."""
 
     file: str | None = None
-    time: str | int = 0
-    value: str | int = 1
+    time: str | Whole = 0
+    value: str | Whole = 1
     time_unit: str | None = None
     value_unit: str | None = None
     resample: Amount | None = None
@@ -74,8 +73,8 @@ class TableInput(Samples):
     """Samples: two columns of a CSV file, or t and values here; joined by lines or a cubic spline."""
 
     kind: Literal["table"]
-    t: tuple[float, ...] | None = None
-    values: tuple[float, ...] | None = None
+    t: tuple[Real, ...] | None = None
+    values: tuple[Real, ...] | None = None
 
 
 class MeasuredPulseInput(Pulses, Samples):
@@ -85,8 +84,8 @@ class MeasuredPulseInput(Pulses, Samples):
     """
 
     kind: Literal["measured_pulse_train"]
-    t: tuple[float, ...] | None = None
-    values: tuple[float, ...] | None = None
+    t: tuple[Real, ...] | None = None
+    values: tuple[Real, ...] | None = None
 
 
 InputKind = Annotated[

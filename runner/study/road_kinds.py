@@ -4,8 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from runner.study.base import Table
-from runner.study.units import Amount
+from runner.study.base import Amount, Real, Table, Whole
 
 
 class SpeedProfile(Table):
@@ -14,8 +13,8 @@ class SpeedProfile(Table):
     t: tuple[Amount, ...] | None = None
     v: tuple[Amount, ...] | None = None
     file: str | None = None
-    time: str | int = 0
-    speed: str | int = 1
+    time: str | Whole = 0
+    speed: str | Whole = 1
     time_unit: str | None = None
     speed_unit: str | None = None
 
@@ -37,8 +36,8 @@ class ProfileRoad(Road):
 
     kind: Literal["profile"]
     file: str | None = None
-    distance: str | int = 0
-    height: str | int = 1
+    distance: str | Whole = 0
+    height: str | Whole = 1
     distance_unit: str | None = None
     height_unit: str | None = None
     resample: Amount | None = None
@@ -102,9 +101,9 @@ class RandomRoad(Road):
 
     kind: Literal["iso8608"]
     roughness: Amount
-    seed: int
+    seed: Whole
     length: Amount = 200.0
-    waviness: float = 2.0
+    waviness: Real = 2.0
     shortest: Amount | None = None
     longest: Amount | None = None
     fade: Amount = 0.0

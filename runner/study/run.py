@@ -10,10 +10,10 @@ from runner.load import Model, load
 from runner.simulate import simulate
 from runner.solution import Solution
 from runner.study.amounts import Amounts
+from runner.study.base import Amount
 from runner.study.read import StudyError, place, read
 from runner.study.schema import Study
 from runner.study.signals import study_signals
-from runner.study.units import Amount
 
 Progress = Callable[[float], None]
 

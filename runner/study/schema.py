@@ -4,11 +4,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from runner.study.base import Table
+from runner.study.base import Amount, Real, Table, Whole
 from runner.study.batch_schema import MetricTable, OutputTable, SweepTable
 from runner.study.input_kinds import InputKind
 from runner.study.road_kinds import RoadKind
-from runner.study.units import Amount
 
 
 class Integration(Table):
@@ -16,16 +15,16 @@ class Integration(Table):
 
     method: str = "rk4"
     step: Amount | None = None
-    every: int | None = None
+    every: Whole | None = None
     output_times: tuple[Amount, ...] | None = None
-    rtol: float | None = None
-    atol: float | None = None
+    rtol: Real | None = None
+    atol: Real | None = None
     max_step: Amount | None = None
     first_step: Amount | None = None
-    max_steps: int | None = None
-    refine: int | None = None
+    max_steps: Whole | None = None
+    refine: Whole | None = None
     controller: str | None = None
-    max_order: int | None = None
+    max_order: Whole | None = None
     bdf: bool | None = None
     time_limit: Amount | None = None
 
