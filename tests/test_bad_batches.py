@@ -34,7 +34,7 @@ BAD = {
     "count of zero": (with_axis("linspace = [1, 2, 0]"), "line 17: sweep.axes.0.linspace: a count of 0"),
     "half a count": (
         with_axis("linspace = [1, 2, 2.5]"),
-        "line 17: sweep.axes.0.linspace.2: input should be a valid integer",
+        "line 17: sweep.axes.0.linspace.2: found 2.5, expected a whole number",
     ),
     "logarithm of zero": (
         with_axis("logspace = [0, 2, 3]"),
@@ -47,16 +47,16 @@ BAD = {
     ),
     "units that are unknown": (
         with_axis('linspace = ["200 kgg", "400 kgg", 9]'),
-        "parameters.m_s: '200.0 kgg' is no number with a unit",
+        "line 17: sweep.axes.0.linspace: '200 kgg' is no number with a unit: unknown unit 'kgg'; did you mean 'kg'?",
     ),
     "units of another kind": (
         with_axis('linspace = ["200 m", "400 m", 9]'),
         "parameters.m_s: '200.0 m' is in m, expected kg or a multiple of it (run 0 of the sweep: parameters.m_s",
     ),
-    "not finite": (with_axis("values = [200, nan]"), "sweep.axes.0.values: nan is no finite number"),
+    "not finite": (with_axis("values = [200, nan]"), "sweep.axes.0.values: nan; expected a finite number"),
     "a text as a number": (
         with_axis('linspace = ["few", "400 kg", 9]'),
-        "sweep.axes.0.linspace: 'few' is no finite number, with or without a unit",
+        "sweep.axes.0.linspace: 'few' is no number with a unit: it begins with no number",
     ),
     "words for a number": (
         with_axis('values = ["light", "heavy"]'),
@@ -100,7 +100,10 @@ BAD = {
     "samples without a sampled axis": (with_sweep("samples = 10"), "sweep.samples: no axis is sampled"),
     "a sampled axis without samples": (SAMPLED, "sweep.samples: missing"),
     "no samples": (with_sweep("samples = 0", SAMPLED), "sweep.samples: 0; expected a number from 1"),
-    "unknown sampling": (with_sweep('sampling = "lhs"'), "sweep.sampling: input should be 'random', 'latin_hypercube'"),
+    "unknown sampling": (
+        with_sweep('sampling = "lhs"'),
+        "sweep.sampling: unknown sampling 'lhs'; did you mean",
+    ),
     "seed below zero": (with_sweep("samples = 5\nseed = -1", SAMPLED), "sweep.seed: -1; expected 0 or more"),
     "ends the wrong way round": (
         with_sweep("samples = 5", with_axis("uniform = [4, 2]")),
@@ -152,7 +155,7 @@ BAD = {
     ),
     "unknown weighting": (
         with_metric('kind = "vdv"\nof = "z_s"\nweighting = "Wz"'),
-        "metrics.it.weighting: input should be 'Wk', 'Wd' or 'Wf', found 'Wz'",
+        "metrics.it.weighting: unknown weighting 'Wz'; did you mean 'Wk'? There are: Wk, Wd, Wf",
     ),
     "weighting of a displacement": (
         with_metric('kind = "vdv"\nof = "z_s"\nweighting = "Wk"'),
@@ -210,7 +213,7 @@ def test_a_bad_batch_is_refused_with_its_place(tmp_path, case):
         ("parameters.m_q=1", "parameters.m_q: unknown parameter 'm_q'; did you mean 'm_u'"),
         ("inputs.z_q.peak=1", "--set inputs.z_q.peak: unknown table 'z_q'"),
         ("parameters.m_u=41 m", "parameters.m_u: '41 m' is in m, expected kg"),
-        ("sweep.block=none", "sweep.block: input should be a valid integer"),
+        ("sweep.block=none", "sweep.block: found 'none', expected a whole number"),
     ],
 )
 def test_a_bad_setting_is_refused(tmp_path, setting, message):

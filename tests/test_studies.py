@@ -53,8 +53,14 @@ BAD = {
         slip(GOOD, '"pulse_train"', '"pulses"'),
         "line 11: inputs.z_r.kind: unknown kind 'pulses'; did you mean 'pulse_train'?",
     ),
-    "wrong type": (slip(GOOD, "[0, 0.2]", '"all of it"'), "line 2: span: input should be a valid tuple"),
-    "one end": (slip(GOOD, "[0, 0.2]", "[0]"), "line 2: span.1: missing"),
+    "wrong type": (
+        slip(GOOD, "[0, 0.2]", '"all of it"'),
+        "line 2: span: found 'all of it', expected start and end, such as [0, 10]",
+    ),
+    "one end": (
+        slip(GOOD, "[0, 0.2]", "[0]"),
+        "line 2: span.1: missing; found [0], expected start and end, such as [0, 10]",
+    ),
     "unknown model": (slip(GOOD, '"quarter_car"', '"quater_car"'), "model 'quater_car'; did you mean 'quarter_car'?"),
     "missing module": (slip(GOOD, '"quarter_car"', '"out/mine.py"'), "line 1: model: no file"),
     "unknown input": (slip(GOOD, "z_r", "z_q"), "line 11: inputs.z_q: unknown input 'z_q'; did you mean 'z_r'?"),
@@ -87,7 +93,7 @@ BAD = {
     ),
     "impulse of another kind": (
         slip(GOOD, "peak = 0.02", 'impulse = "3 N s"'),
-        "line 14: inputs.z_r.impulse: '3 N s' is in N * s, expected m * s or a multiple of it",
+        "line 14: inputs.z_r.impulse: '3 N s' is in N s, expected m * s or a multiple of it",
     ),
     "too many of three": (GOOD + "impulse = 1.0\n", "inputs.z_r: "),
     "negative duration": (slip(GOOD, "duration = 0.1", "duration = -0.1"), "inputs.z_r: duration"),

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from runner.inputs.tables import table_at
 from runner.load import Model
 from runner.solution import Solution
 from runner.study.amounts import Amounts
+from runner.study.explain import explained
 from runner.study.overrides import Tree, changed
 from runner.study.read import StudyError, check, place, read_tree
 from runner.study.run import run, study_model
@@ -94,7 +94,7 @@ def read(path: Path) -> Problem:
     try:
         given = Identification.model_validate(tree)
     except ValidationError as error:
-        raise StudyError("\n".join(_described(path, text, each) for each in error.errors())) from None
+        raise StudyError(explained(path, text, error, Identification)) from None
     problem = Problem(path, given, tuple(_case(path, given, number) for number in range(len(given.scenarios))))
     for case in problem.cases:
         _refuse_unknown_keys(problem, case)
@@ -157,13 +157,3 @@ def _refuse_unknown_keys(problem: Problem, case: Case) -> None:
             if head == "inputs" and (len(rest) < 2 or rest[0] not in case.tree.get("inputs", {})):
                 known = [f"inputs.{channel}.KEY" for channel in case.tree.get("inputs", {})]
                 raise StudyError(f"{place(problem.path, f'unknowns.{name}.key')}: {unknown('input key', key, known)}")
-
-
-def _described(path: Path, text: str, error: Any) -> str:
-    key = ".".join(str(part) for part in error["loc"])
-    where = place(path, key, text) if key else str(path)
-    if error["type"] == "extra_forbidden":
-        return f"{where}: unknown key {key.rpartition('.')[2]!r}"
-    if error["type"] == "missing":
-        return f"{where}: missing"
-    return f"{where}: {error['msg'][0].lower() + error['msg'][1:]}, found {error['input']!r}"

@@ -1,6 +1,5 @@
 """The paper's claims beside what is computed: every claim gets a verdict, and none is fitted away."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,9 @@ from runner.checks import unknown
 from runner.files import named_code
 from runner.paper.schema import Claim, Paper, Verdict
 from runner.paper.studies import Studies
+from runner.study.explain import explained
 from runner.study.read import StudyError, place
+from runner.study.toml import tables_of, text_of
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,12 @@ class Judged:
 def read(path: Path) -> Paper:
     """Read settings and claims. Raises StudyError naming file, line and key."""
     try:
-        text = path.read_text("utf-8")
-        paper = Paper.model_validate(tomllib.loads(text))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise StudyError(f"{path}: {error}") from None
+        text = text_of(path)
+        paper = Paper.model_validate(tables_of(text))
     except ValidationError as error:
-        rows = []
-        for each in error.errors():
-            key = ".".join(map(str, each["loc"]))
-            rows.append(f"{place(path, key, text) if key else path}: {each['msg']}, found {each['input']!r}"[:400])
-        raise StudyError("\n".join(rows)) from None
+        raise StudyError(explained(path, text, error, Paper)) from None
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: {error}") from None
     _check_studies(path, text, paper)
     return paper
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from runner.equilibrium import Guess
 from runner.identify.measure import measured
 from runner.identify.schema import Observation
 from runner.inputs.signal import Signal
@@ -55,6 +56,7 @@ class Case:
     parameters: Parameters
     inputs: Mapping[str, Signal]
     initial: Any
+    guess: Guess
 
     def run(
         self,
@@ -71,6 +73,7 @@ class Case:
             parameters=self.parameters,
             inputs={**self.inputs, **(inputs or {})},
             initial=self.initial,
+            guess=self.guess,
             **options,
         )
 
@@ -80,4 +83,4 @@ def case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
     study = read(path, changes)
     model = study_model(study, path)
     found = settings(study, model, path)
-    return Case(model, *(found[name] for name in ("span", "parameters", "inputs", "initial")))
+    return Case(model, *(found[name] for name in ("span", "parameters", "inputs", "initial", "guess")))

@@ -1,9 +1,10 @@
 """Values that `qddot identify` found, taken up by a study: `identified = "FILE"`."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from runner.study.toml import tables_of, text_of
 
 
 def with_identified(tree: Mapping[str, Any], study: Path) -> dict[str, Any]:
@@ -16,10 +17,10 @@ def with_identified(tree: Mapping[str, Any], study: Path) -> dict[str, Any]:
         return done
     file = study.parent / tree["identified"]
     try:
-        values = tomllib.loads(file.read_text("utf-8"))["values"]
+        values = tables_of(text_of(file))["values"]
     except FileNotFoundError:
         raise ValueError(f"there is no file {file}; `qddot identify` writes such files") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise ValueError(f"{file}: {error}") from None
     except KeyError:
         raise ValueError(f"{file} has no table [values]; expected a file that `qddot identify` wrote") from None

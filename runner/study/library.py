@@ -4,13 +4,13 @@ An entry is a table of the keys of an input or a road, with a title, and with an
 where it comes from: "paper: ...", "derived: ...", "assumed: ..." or another source.
 """
 
-import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from runner.checks import unknown
+from runner.study.toml import tables_of, text_of
 
 #: The entries that come with qddot.
 SHIPPED = Path(__file__).parent.parent.parent / "studies" / "library"
@@ -40,9 +40,9 @@ def entries(*places: Path) -> dict[str, Entry]:
 def _tables(file: Path, changed: int) -> dict[str, Any]:
     """The tables of a file; remembered until it changes, for a sweep reads them for each run."""
     try:
-        return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file}: no valid TOML: {error}") from None
+        return tables_of(text_of(file))
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
 
 
 def completed(data: Mapping[str, Any], study: Path) -> dict[str, Any]:

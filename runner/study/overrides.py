@@ -1,15 +1,15 @@
 """Changes of a study by dotted key, before it is checked: `--set` and sweeps."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from runner.checks import unknown
+from runner.study.toml import tables_of
 
 Tree = dict[str, Any]
 
 #: Tables that may be missing in the file, and whose keys are the model's names.
-_OPEN = ("parameters", "initial", "inputs", "integration", "outputs")
+_OPEN = ("parameters", "initial", "equilibrium_guess", "inputs", "integration", "outputs")
 
 
 def changed(tree: Tree, changes: Mapping[str, Any]) -> Tree:
@@ -31,9 +31,10 @@ def parsed(settings: Sequence[str]) -> dict[str, Any]:
         if not equals or not all(part.strip() == part != "" for part in key.split(".")):
             raise ValueError(f"--set {setting!r}: expected key=value, such as parameters.m_6=11360 or span=[0,5]")
         try:
-            changes[key] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            changes[key] = text.strip()
+            tree = tables_of(f"value = {text}")
+        except ValueError:
+            tree = {}
+        changes[key] = tree["value"] if len(tree) == 1 else text.strip()  # with a line break in it, it may be several
     return changes
 
 

@@ -56,6 +56,7 @@ def settings(study: Study, model: Model, path: Path) -> dict[str, Any]:
         "parameters": parameters,
         "inputs": study_signals(study, model, model.parameter_values(parameters), path),
         "initial": None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
+        "guess": _guess(study, model, amounts),
         **_options(study, amounts),
     }
 
@@ -84,6 +85,18 @@ def study_parameters(study: Study, model: Model, amounts: Amounts) -> tuple[str 
 
 def _initial(values: Mapping[str, Amount], model: Model, amounts: Amounts) -> dict[str, float]:
     return _named("initial", "state", values, {state.name: state.unit for state in model.tables.states}, amounts)
+
+
+def _guess(study: Study, model: Model, amounts: Amounts) -> dict[str, float] | None:
+    """Where the search for the static state starts."""
+    if not study.equilibrium_guess:
+        return None
+    if study.initial != "equilibrium":
+        raise amounts.wrong(
+            "equilibrium_guess", "the study gives [initial], so no equilibrium is sought; leave one out"
+        )
+    units = {state.name: state.unit for state in model.tables.states if state.name in model.coordinate_names}
+    return _named("equilibrium_guess", "coordinate", study.equilibrium_guess, units, amounts)
 
 
 def _named(

@@ -40,20 +40,22 @@ class Study(Table):
     """One run of one model, or a batch of them where it has a sweep.
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:
-    the states that are not 0, or the static equilibrium. road: what the inputs that have a position drive over.
+    the states that are not 0, or the static equilibrium; equilibrium_guess: the coordinates that are not 0 where the
+    search for it starts. road: what the inputs that have a position drive over.
     identified: a file that `qddot identify` wrote, whose values stand where the study gives none.
     sweep, metrics, outputs: of `qddot batch`.
     """
 
     model: str
-    span: tuple[Amount, Amount]
-    title: str = ""
+    span: tuple[Amount, Amount] = Field(description='start and end, such as [0, 10] or ["0 s", "10 s"]')
+    title: str = Field(default="", max_length=300)
     parameter_set: str | None = None
     identified: str | None = None
     parameters: dict[str, Amount] = Field(default_factory=dict)
     inputs: dict[str, InputKind] = Field(default_factory=dict)
     road: RoadKind | None = None
     initial: Literal["equilibrium"] | dict[str, Amount] = "equilibrium"
+    equilibrium_guess: dict[str, Amount] = Field(default_factory=dict)
     integration: Integration = Integration()
     figure: Figure = Figure()
     sweep: SweepTable = SweepTable()
