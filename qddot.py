@@ -54,6 +54,7 @@ _PUBLIC = {
     "recoil_impulse": "runner.inputs.recoil",
     "run_batch": "runner.batch.run",
     "run_study": "runner.study.run",
+    "sampled": "runner.inputs.sampled",
     "shot_times": "runner.inputs.recoil",
     "simulate": "runner.simulate",
     "simulate_batch": "runner.lanes.batch",

@@ -7,6 +7,8 @@ import numpy as np
 from runner.compiled import compiled
 from runner.exact.ladder import ROW, THETA_16, M, driving_block, place
 from runner.exact.space import POWERS
+from runner.inputs.instants import rounding
+from runner.inputs.reader import holds_to, piece_at
 from runner.memory import BLOCK, LEAN, floats, integers, matrix
 from runner.sums import weighted_sum
 
@@ -20,24 +22,13 @@ SLOW, FAST, DRIVE = 16.0, 0.5, 0.25
 @compiled(**LEAN)
 def look_up(s):
     """Set each channel's piece for times just after s.t and s.segment_end to where the first of them ends."""
-    pieces, cursor = matrix(s.pieces, s.n_pieces, COLUMNS), integers(s.cursor, s.channels)
-    first, last = integers(s.first, s.channels), integers(s.last, s.channels)
-    end = s.t1
+    cursor, first, last = integers(s.cursor, s.channels), integers(s.first, s.channels), integers(s.last, s.channels)
+    end, after = s.t1, s.t + rounding(s.t)
     for i in range(s.channels):
         rate, offset = floats(s.rate, s.channels)[i], floats(s.offset, s.channels)[i]
-        tau = rate * (s.t + s.near) + offset
-        k = cursor[i]
-        while k < last[i] and pieces[k + 1, 0] <= tau:
-            k += 1
-        while k > first[i] and pieces[k, 0] > tau:
-            k -= 1
-        cursor[i] = k
-        if rate > 0.0 and k < last[i]:
-            end = min(end, (pieces[k + 1, 0] - offset) / rate)
-        elif rate < 0.0 and k > first[i]:
-            end = min(end, (pieces[k, 0] - offset) / rate)
-    end = max(end, s.t + s.near)
-    s.segment_end = end if end < s.t1 - s.near else s.t1
+        cursor[i] = piece_at(s.pieces, first[i], last[i], cursor[i], rate, offset, after)
+        end = min(end, holds_to(s.pieces, first[i], last[i], cursor[i], rate, offset))
+    s.segment_end = end if end < s.t1 - rounding(s.t1) else s.t1
 
 
 @compiled(**LEAN)

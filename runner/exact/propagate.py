@@ -10,6 +10,7 @@ from runner.compiled import compiled
 from runner.exact.forcing import force, look_up, set_driver_rows, set_drivers, set_steps
 from runner.exact.ladder import LEVELS, TURNS, apply, go_up, level_for, reach
 from runner.exact.taylor import LONGEST, THETA, degree_for, largest_rate, taylor_step
+from runner.inputs.instants import rounding
 from runner.memory import LEAN, floats, matrix
 from runner.problem import Status
 
@@ -74,7 +75,7 @@ def on_grid(s, wanted):
     """Whether the way to the wanted time, in this segment, is one of the even ones."""
     before = floats(s.outputs, s.n_outputs)[s.next_output - 1]
     even = s.first_even < s.next_output <= s.last_even and s.grid_level < LEVELS
-    return even and abs(s.t - before) <= s.near and wanted <= s.segment_end
+    return even and abs(s.t - before) <= rounding(s.t) and wanted <= s.segment_end
 
 
 @compiled(**LEAN)
@@ -156,7 +157,7 @@ def advance_some(s, most):
         s.failed_state = leaving(s)
         if s.failed_state >= 0:
             return NON_FINITE
-        if s.t >= wanted - s.near:
+        if s.t >= wanted - rounding(wanted):
             save(s)
             if s.next_output == s.n_outputs:
                 return FINISHED

@@ -12,6 +12,7 @@ from runner.compiled import compiled
 from runner.compiling import working_time
 from runner.exact.course import advance, begin_run
 from runner.exact.space import SPACE, Arrays, space_for
+from runner.inputs.instants import ROUNDING, between
 from runner.inputs.signal import stack
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 #: Intervals saved by default.
 DEFAULT_INTERVALS = 5000
-#: Times closer than this many spacings of floating-point time are the same time.
-APART = 16.0
 #: Row operations of a slice: some milliseconds.
 SLICE_WORK = 1e6
 #: Of the functions that Python calls; nothing in them allocates.
@@ -59,11 +58,11 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
 
 def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:
     n, t0, t1 = len(problem.initial_state), float(problem.t0), float(problem.t1)
-    near = APART * float(np.spacing(max(abs(t0), abs(t1))))
+    near = ROUNDING * max(abs(t0), abs(t1))
     outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)
     s, arrays = space_for(n, problem.inputs, problem.n_inputs, outputs)
     s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
-    s["t"], s["segment_end"], s["t1"], s["near"], s["limit"] = t0, t0, t1, near, options.divergence_limit
+    s["t"], s["segment_end"], s["t1"], s["limit"] = t0, t0, t1, options.divergence_limit
     A, B = np.empty((n, n)), np.empty((n, len(problem.inputs.first) + 1))
     problem.linear(problem.constants, A, B)
     _compiled_begin()(s, problem.inputs, A, B, problem.initial_state)
@@ -88,10 +87,10 @@ def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArra
 def _requested(
     times: NDArray[np.float64], t0: float, t1: float, near: float
 ) -> tuple[NDArray[np.float64], float, int, int]:
-    outside = times[(times < t0 - near) | (times > t1 + near)]
+    outside = times[(t0 - times > ROUNDING * abs(t0)) | (times - t1 > ROUNDING * abs(t1))]
     if outside.size:
         raise ValueError(f"output time {outside[0]} is outside the span from {t0} to {t1}")
-    inside = times[(times > t0 + near) & (times < t1 - near)]
+    inside = between(times, t0, t1)
     outputs = np.concatenate([[t0], inside, [t1]])
     if len(inside) < 2:
         return outputs, 0.0, len(outputs), 0

@@ -1,12 +1,11 @@
 """The compiled half of `batch`: run after run through the same work space."""
 
-import numpy as np
-
 from runner.compiled import compiled
 from runner.exact.balance import begin
 from runner.exact.forcing import COLUMNS
 from runner.exact.propagate import NON_FINITE, RUNNING, advance_some, leaving, start
-from runner.inputs.reader import piece_value
+from runner.inputs.instants import rounding
+from runner.inputs.reader import piece_at, piece_value
 from runner.memory import LEAN, floats, integers, layout, matrix
 from runner.pointers import call_kernel, call_linear
 
@@ -21,8 +20,6 @@ RUNS = layout(
 FIRST, LAST, SAMPLED = range(3)
 #: Row operations after which a run looks up; there is nothing to look for but its end.
 MOST = 1e12
-#: Times closer than this many spacings of floating-point time are the same time.
-APART = 16.0
 
 
 @compiled(**LEAN)
@@ -30,12 +27,12 @@ def wanted_times(batch, s, run):
     """Write the times to save at: start, the samples within, end; and which of them are evenly spaced."""
     t0, t1 = floats(batch.t0, run + 1)[run], floats(batch.t1, run + 1)[run]
     times = floats(batch.times + 8 * run * batch.n_samples, batch.n_samples)
-    s.near = APART * np.spacing(max(abs(t0), abs(t1)))
+    near = rounding(max(abs(t0), abs(t1)))
     outputs = floats(s.outputs, batch.n_samples + 2)
     outputs[0] = t0
     size = 1
     for j in range(batch.n_samples):
-        if outputs[size - 1] + s.near < times[j] < t1 - s.near:
+        if outputs[size - 1] + rounding(times[j]) < times[j] < t1 - rounding(t1):
             outputs[size] = times[j]
             size += 1
     outputs[size] = t1
@@ -44,11 +41,11 @@ def wanted_times(batch, s, run):
     if size > 2:
         s.spacing = (outputs[size - 1] - outputs[1]) / (size - 2)
     for k in range(2, size):
-        if abs(outputs[1] + (k - 1) * s.spacing - outputs[k]) > s.near:
+        if abs(outputs[1] + (k - 1) * s.spacing - outputs[k]) > near:
             s.first_even = size
-    if abs(outputs[1] - s.spacing - t0) > s.near:
+    if abs(outputs[1] - s.spacing - t0) > near:
         s.first_even = max(1, s.first_even)
-    if abs(outputs[size - 1] + s.spacing - t1) > s.near:
+    if abs(outputs[size - 1] + s.spacing - t1) > near:
         s.last_even = size - 1
     s.t, s.segment_end, s.t1, s.next_output = t0, t0, t1, 1
 
@@ -76,12 +73,7 @@ def all_inputs(batch, s, cursor, t, u):
     first, last = integers(s.first, channels), integers(s.last, channels)
     for i in range(channels):
         rate, offset = floats(s.rate, channels)[i], floats(s.offset, channels)[i]
-        side, k = rate * (t + s.near) + offset, cursor[i]
-        while k < last[i] and pieces[k + 1, 0] <= side:
-            k += 1
-        while k > first[i] and pieces[k, 0] > side:
-            k -= 1
-        cursor[i] = k
+        k = cursor[i] = piece_at(s.pieces, first[i], last[i], cursor[i], rate, offset, t + rounding(t))
         u[i] = piece_value(pieces[k], rate * t + offset - pieces[k, 0], integers(s.order, channels)[i], rate)
 
 
@@ -94,9 +86,9 @@ def write_samples(batch, s, run, cursor, u, y):
     c = floats(batch.constants + 8 * run * batch.n_constants, batch.n_constants)
     k = 0
     for j in range(batch.n_samples):
-        while k + 1 < s.next_output and outputs[k] < times[j] - s.near:
+        while k + 1 < s.next_output and outputs[k] < times[j] - rounding(times[j]):
             k += 1
-        if abs(outputs[k] - times[j]) > s.near:
+        if abs(outputs[k] - times[j]) > rounding(times[j]):
             continue
         x = floats(s.saved + 8 * k * s.n, s.n)
         if batch.outputs != 0:

@@ -27,14 +27,14 @@ POWERS = 4
 #: from the start to the end of the run, saved: the states there; next_output: the first not reached; those from
 #: first_even to last_even are `spacing` apart. Of the segment: grid: see `propagate`; driving: whether the drivers are
 #: its own, from the time `origin` on; degree, frequencies: of its forcing; segment_end. steps, products, exponentials:
-#: counts. nu: 1-norm of A; t: of x; near: times this close are the same; limit: a state beyond it has diverged.
+#: counts. nu: 1-norm of A; t: of x; limit: a state beyond it has diverged.
 SPACE = layout(
     "A B scale x y y_next zeros values g omega sine cosine p p_next beta matrices "
     "n panels channels q_max matrix_bytes turns driver_turns grid_level "
     "pieces n_pieces first last rate offset order cursor "
     "outputs n_outputs saved next_output first_even last_even grid driving degree frequencies q "
     "steps products exponentials failed_state",
-    "spacing nu delta origin t segment_end t1 near limit",
+    "spacing nu delta origin t segment_end t1 limit",
 )
 
 

@@ -18,6 +18,7 @@ from runner.explicit.controller import CONTROL, control_for
 from runner.explicit.step import PAIR, pair_for
 from runner.explicit.tableau_adaptive import EmbeddedPair
 from runner.explicit.workspace import SPACE, space_for, state_of
+from runner.inputs.instants import between
 from runner.memory import BLOCK, address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 SLICE_WORK = 1_000_000
 #: Points that there is room for at first, beyond the wanted times; doubled whenever it is used up.
 FIRST_ROOM = 8192
-#: Breakpoints closer than this many spacings of floating-point time to another stop are that stop.
-APART = 64.0
 
 
 @cache
@@ -153,10 +152,7 @@ def _stops(breakpoints: NDArray[np.float64], t0: float, t1: float) -> NDArray[np
     """The breakpoints within the span that are apart from each other and from its ends, then the end."""
     if not t0 < t1:
         raise ValueError(f"the span is from {t0} to {t1}, expected a start before the end")
-    near = APART * np.spacing(np.maximum(np.abs(breakpoints), max(abs(t0), abs(t1))))
-    inside = breakpoints[(breakpoints > t0 + near) & (breakpoints < t1 - near)]
-    near = APART * np.spacing(max(abs(t0), abs(t1)))
-    return np.append(inside[np.diff(inside, prepend=-np.inf) > near], t1)
+    return np.append(between(breakpoints, t0, t1), t1)
 
 
 def _trajectory(log: Log, status: Status, names: tuple[str, ...], wall_time: float) -> Trajectory:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from runner.compiled import compiled
 from runner.compiling import working_time
-from runner.explicit.march import MARCH, SNAP, advance
+from runner.explicit.march import MARCH, advance, steps_of
 from runner.explicit.step import PAIR, tableau_for
 from runner.explicit.workspace import SPACE, space_for, state_of
+from runner.inputs.instants import ROUNDING, between
 from runner.memory import BLOCK, address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -80,38 +81,38 @@ def _plan(problem: Problem, options: Options, name: str) -> Plan:
         raise ValueError(f"method {name!r} marches with a constant step: give step=, such as step=1e-3")
     if step < 64 * np.spacing(max(abs(t0), abs(t1))):
         raise ValueError(f"step is {step}, too small to advance a time as large as {max(abs(t0), abs(t1))}")
-    grid_points = max(1, int(np.ceil((t1 - t0) / step - SNAP)))
-    outputs = _requested(options.output_times, t0, t1, SNAP * step)
-    breakpoints = _apart(problem.inputs.breakpoints, outputs, t0, t1, step)
+    grid_points = int(steps_of.py_func(t0, t1, step))
+    outputs = _requested(options.output_times, t0, t1)
+    breakpoints = _on_grid(_apart(between(problem.inputs.breakpoints, t0, t1), outputs), t0, step)
     stops = np.concatenate([outputs, breakpoints])
     order = np.argsort(stops, kind="stable")
     every = 0 if options.output_times is not None else options.every or -(-grid_points // DEFAULT_POINTS)
     return Plan(t0, t1, float(step), grid_points, every, stops[order], (order < len(outputs)).astype(np.int64))
 
 
-def _requested(times: NDArray[np.float64] | None, t0: float, t1: float, near: float) -> NDArray[np.float64]:
+def _requested(times: NDArray[np.float64] | None, t0: float, t1: float) -> NDArray[np.float64]:
     """The output times strictly within the span; its ends are saved anyway."""
     if times is None:
         return np.empty(0)
-    outside = times[(times < t0 - near) | (times > t1 + near)]
+    outside = times[(t0 - times > ROUNDING * abs(t0)) | (times - t1 > ROUNDING * abs(t1))]
     if outside.size:
         raise ValueError(f"output time {outside[0]} is outside the span from {t0} to {t1}")
-    return times[(times > t0 + near) & (times < t1 - near)]
+    return between(times, t0, t1)
 
 
-def _apart(
-    breakpoints: NDArray[np.float64], outputs: NDArray[np.float64], t0: float, t1: float, step: float
-) -> NDArray[np.float64]:
-    """The breakpoints within the span: on a grid point if next to it, apart from outputs and each other."""
-    near = SNAP * step
-    inside = breakpoints[(breakpoints > t0 + near) & (breakpoints < t1 - near)]
-    grid = t0 + np.round((inside - t0) / step) * step
-    inside = np.where(np.abs(inside - grid) > near, inside, grid)
-    if outputs.size and inside.size:
-        after = np.searchsorted(outputs, inside)
-        gaps = [np.abs(inside - outputs[np.clip(after + side, 0, len(outputs) - 1)]) for side in (-1, 0)]
-        inside = inside[np.minimum(*gaps) > near]
-    return inside[np.diff(inside, prepend=-np.inf) > near]
+def _apart(breakpoints: NDArray[np.float64], outputs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The breakpoints that are no output time: there a run stops anyway."""
+    if not outputs.size:
+        return breakpoints
+    after = np.searchsorted(outputs, breakpoints)
+    gaps = [np.abs(breakpoints - outputs[np.clip(after + side, 0, len(outputs) - 1)]) for side in (-1, 0)]
+    return breakpoints[np.minimum(*gaps) > ROUNDING * np.abs(breakpoints)]
+
+
+def _on_grid(breakpoints: NDArray[np.float64], t0: float, step: float) -> NDArray[np.float64]:
+    """The breakpoints, those that are a grid point's time as the grid counts it."""
+    grid = t0 + np.round((breakpoints - t0) / step) * step
+    return np.where(np.abs(breakpoints - grid) > ROUNDING * np.abs(breakpoints), breakpoints, grid)
 
 
 def _march(plan: Plan, n: int, limit: float) -> tuple[np.void, dict[str, NDArray[Any]]]:

@@ -20,11 +20,12 @@ from runner.explicit.workspace import (
     states,
     write_states,
 )
+from runner.inputs.instants import ROUNDING, rounding
 from runner.memory import INLINE, LEAN, floats, integers, layout
 from runner.problem import Status
 from runner.sums import any_beyond, copy_items
 
-#: Times closer than this part of a step are the same time.
+#: A last step shorter than this part of a step is none.
 SNAP = 1e-9
 RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)
 
@@ -38,6 +39,12 @@ MARCH = layout(
     "steps failed_state restart known",
     "t0 t1 step now limit failed_at",
 )
+
+
+@compiled(**INLINE)
+def steps_of(t0, t1, step):
+    """Steps from t0 to t1."""
+    return max(1.0, np.ceil((t1 - t0) / step - max(SNAP, ROUNDING * abs(t1) / step)))
 
 
 def advance(space, tableau, march, most_steps):
@@ -73,7 +80,7 @@ def next_stop(march):
 def next_target(march):
     """Where the next step ends."""
     stop, grid = next_stop(march), next_grid_point(march)
-    return stop if stop <= grid + SNAP * march.step else grid
+    return stop if stop <= grid + rounding(grid) else grid
 
 
 @compiled(**INLINE)
@@ -94,7 +101,7 @@ def take_step(space, tableau, march, h):
 def land(space, march, target):
     """Make `target` the present time, and save the state if it is to be saved; returns a status."""
     at_stop = next_stop(march) <= target
-    at_grid = not at_stop or target >= next_grid_point(march) - SNAP * march.step
+    at_grid = not at_stop or target >= next_grid_point(march) - rounding(target)
     march.now, march.restart = target, at_stop
     march.grid += at_grid
     finished = march.grid == march.grid_points

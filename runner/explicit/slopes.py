@@ -3,13 +3,11 @@
 from runner.compiled import compiled
 from runner.explicit.stage import call_stage
 from runner.explicit.workspace import ZERO, row_address, states
+from runner.inputs.instants import side_of
 from runner.inputs.reader import CONSTANT, TO, read
 from runner.inputs.signal import InputTable
 from runner.memory import INLINE, LEAN, VIEW, floats, integers, matrix
 from runner.pointers import call_kernel
-
-#: Inputs of a stage are looked up at least this part of a step inside the step: the limit from within at a jump.
-SIDE = 1e-6
 
 
 @compiled(**VIEW)
@@ -50,9 +48,8 @@ def look_up(space, t, h, c):
 def look_up_moving(space, t, h, c):
     """`look_up` of inputs that are not constant."""
     if space.n_inputs > 0:
-        side = t + min(max(c, SIDE), 1.0 - SIDE) * h
         reader = floats(space.reader, space.reader_size)
-        read(input_table(space), reader, t + c * h, side, space.n_inputs, input_values(space))
+        read(input_table(space), reader, t + c * h, side_of(t, h, c), space.n_inputs, input_values(space))
 
 
 @compiled(**LEAN)
@@ -61,7 +58,7 @@ def settle(space, t, h):
     space.steady = 0
     look_up(space, t, h, 0.0)
     reader = floats(space.reader, space.reader_size)
-    space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > t + (1.0 - SIDE) * h)
+    space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > side_of(t, h, 1.0))
 
 
 @compiled(**INLINE)

@@ -5,12 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from runner.checks import finite, shown, unknown
+from runner.inputs.instants import INSET
 from runner.inputs.shapes import constant
-from runner.inputs.signal import AMPLITUDE, C0, FREQUENCY, PHASE, START, InputTable, Signal, stack
+from runner.inputs.signal import START, InputTable, Signal, jumps, stack
 from runner.tables import Tables
-
-#: Jump relative to the largest value that counts as a jump rather than rounding.
-JUMP = 1e-9
 
 
 def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> InputTable:
@@ -46,21 +44,41 @@ def _signals(tables: Tables, inputs: Mapping[str, Signal | float]) -> dict[str, 
 
 def as_signal(what: str, value: Signal | float) -> Signal:
     """The signal, or the constant of this number; raises ValueError naming `what`."""
-    return value if isinstance(value, Signal) else constant(finite(what, value))
+    if isinstance(value, Signal):
+        check_told_apart(what, value)
+        return value
+    if callable(value):
+        raise ValueError(
+            f"{what} is a function; give qddot.sampled(function, start, end, tolerance=...), which makes a table of "
+            "it, or qddot.table(t, values)"
+        )
+    if isinstance(value, list | tuple) or np.ndim(value) > 0:
+        raise ValueError(
+            f"{what} is a row of {np.size(value)} values; give qddot.table(t, values), which says when each holds"
+        )
+    return constant(finite(what, value))
+
+
+def check_told_apart(what: str, signal: Signal) -> None:
+    """Refuse breakpoints that rate and offset bring to times that are one: a pulse between them would be lost."""
+    if signal.rate == 0.0 or len(signal.breakpoints) < 2 or (signal.rate, signal.offset) == (1.0, 0.0):
+        return
+    tau = np.sort(signal.breakpoints)
+    times = (tau - signal.offset) / signal.rate
+    lost = np.abs(np.diff(times)) <= INSET * np.abs(times[1:])
+    lost &= np.diff(tau) > INSET * np.abs(tau[1:])
+    for i in np.flatnonzero(lost)[:1]:
+        raise ValueError(
+            f"{what} has breakpoints {(tau[i + 1] - tau[i]) / abs(signal.rate):.6g} s apart at t = {times[i]!r}, where "
+            f"floating-point times are {np.spacing(abs(times[i])):.3g} s apart; count time from nearer to them"
+        )
 
 
 def check_continuous(name: str, signal: Signal, rate_name: str) -> None:
     """Refuse a jump, which has no rate: a wheel does not climb a step in no time."""
-    pieces = signal.pieces
-    before, length = pieces[:-1], np.diff(pieces[:, START])
-    sines = before[:, AMPLITUDE] * np.sin(before[:, FREQUENCY] * length + before[:, PHASE])
-    ends = np.polynomial.polynomial.polyval(length, before[:, C0 : C0 + 4].T, tensor=False) + sines
-    starts = pieces[1:, C0] + pieces[1:, AMPLITUDE] * np.sin(pieces[1:, PHASE])
-    sizes = (ends, starts, pieces[:, AMPLITUDE])  # a half-sine is 0 at both ends, but for rounding
-    largest = max(np.abs(each).max(initial=0.0) for each in sizes)
-    jumps = np.flatnonzero(np.abs(starts - ends) > JUMP * largest)
-    if jumps.size and signal.rate != 0.0:
-        at = (pieces[jumps[0] + 1, START] - signal.offset) / signal.rate
+    found = jumps(signal.pieces)
+    if found.size and signal.rate != 0.0:
+        at = (signal.pieces[found[0], START] - signal.offset) / signal.rate
         raise ValueError(
             f"input {name} jumps at t = {at:.9g}, but the model reads its rate {rate_name}; give it a ramp"
         )

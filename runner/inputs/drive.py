@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner.checks import finite, shown, unknown
+from runner.inputs.instants import ROUNDING, apart
 from runner.inputs.shapes import hermite
-from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
+from runner.inputs.signal import AMPLITUDE, C2, C3, START, Signal, values_at
 from runner.load import Model, Parameters, as_model
 
 Vector = NDArray[np.float64]
@@ -139,7 +140,8 @@ def along(road: Signal, way: Way, offset: float, accuracy: float = ACCURACY) -> 
     """
     places = (np.concatenate([road.pieces[1:, START], road.breakpoints]) - road.offset) / road.rate - offset
     knots = np.unique(np.concatenate([way.t, way.crossings(np.unique(places))]))
-    knots = knots[np.diff(knots, prepend=-np.inf) > 1e-13 * np.abs(knots).max()]
+    least = 2.0**-52 * np.abs(knots).max()  # rounding of the way
+    knots = knots[apart(knots) & (np.diff(knots, prepend=-np.inf) > least)]
     bends = way.crossings((road.breakpoints - road.offset) / road.rate - offset)
     left, right = knots[:-1], knots[1:]
     done: list[Vector] = []
@@ -156,8 +158,9 @@ def along(road: Signal, way: Way, offset: float, accuracy: float = ACCURACY) -> 
     pieces = np.concatenate(done)
     pieces = pieces[np.argsort(pieces[:, START])]
     starts = pieces[:, START]
-    edges = np.searchsorted(starts, np.concatenate([bends, way.t[1:-1]]) + 1e-12 * np.abs(starts).max(), "right") - 1
-    return Signal(pieces, starts[np.unique(edges)])
+    edges = np.concatenate([bends, way.t[1:-1]])
+    places = np.searchsorted(starts, edges + np.maximum(least, ROUNDING * np.abs(edges)), "right") - 1
+    return Signal(pieces, starts[np.unique(places)])
 
 
 def _fitted(road: Signal, way: Way, offset: float, left: Vector, right: Vector) -> tuple[Vector, Vector]:
@@ -180,11 +183,3 @@ def _fitted(road: Signal, way: Way, offset: float, left: Vector, right: Vector) 
         s = part * (right - left)
         error = np.maximum(error, np.abs(values_at(pieces, s)[0] - height(left + s)[0]))
     return pieces, error
-
-
-def values_at(rows: Vector, s: Vector) -> tuple[Vector, Vector]:
-    """Value and derivative of each piece, rows (n, 8), at s (n,) behind its start."""
-    angle = rows[:, FREQUENCY] * s + rows[:, PHASE]
-    value = rows[:, C0] + s * (rows[:, C1] + s * (rows[:, C2] + s * rows[:, C3])) + rows[:, AMPLITUDE] * np.sin(angle)
-    slope = rows[:, C1] + s * (2 * rows[:, C2] + 3 * s * rows[:, C3])
-    return value, slope + rows[:, AMPLITUDE] * rows[:, FREQUENCY] * np.cos(angle)

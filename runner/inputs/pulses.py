@@ -1,4 +1,9 @@
-"""One pulse, and the sum of equal pulses at several times."""
+"""One pulse, and the sum of equal pulses at several times.
+
+Every pulse has knots of its own: the times at which its pieces join, its start plus where they join in the pulse. How
+far a knot is behind that joint decides what the piece begins with, so that a pulse is at every time what its definition
+says, to rounding, however far from zero. Only edges that are one time become one breakpoint.
+"""
 
 from dataclasses import dataclass
 
@@ -6,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner.checks import finite, numbers, shown
+from runner.inputs.instants import apart, check_resolved
 from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
 #: A pulse is refused beyond these, in s: powers of its duration would overflow.
 SHORTEST, LONGEST = 1e-30, 1e30
-#: Pulse edges closer than this part of a duration are one edge.
-SAME_EDGE = 1e-9
+#: A knot may be earlier than the joint it stands for by this part of a duration, which is rounding of what was given.
+EARLIER = 1e-12
 
 Vector = NDArray[np.float64]
 
@@ -79,21 +85,22 @@ def sized(pulse: Pulse, peak: float | None, duration: float | None, impulse: flo
 def train(pulse: Pulse, starts: Vector) -> Signal:
     """The sum of the pulses that start at `starts` (n,), rising; breakpoints are the edges of each.
 
-    Sines of one frequency add up as phasors: an overlap of half-sines is exact, too.
+    Sines of one frequency add up as phasors: an overlap of half-sines is exact, too. Raises ValueError for a pulse
+    whose edges the spacing of floating-point numbers at its time does not tell apart.
     """
-    near = SAME_EDGE * pulse.duration
+    farthest = starts[np.argmax(np.maximum(np.abs(starts), np.abs(starts + pulse.duration)))]
+    check_resolved("the shortest part of the pulse", float(farthest), float(np.diff(pulse.edges).min()))
     joints = np.append(pulse.pieces[:, START], pulse.duration)
-    all_joints = np.unique(np.add.outer(starts, joints))
-    knots = all_joints[np.diff(all_joints, prepend=-np.inf) > near]
+    knots, places = np.unique(_knots(starts, joints, pulse.duration), return_inverse=True)
+    places = places.reshape(len(starts), len(joints))
     pieces = np.zeros((len(knots) + 1, 8))
     pieces[0, START], pieces[1:, START] = knots[0] - pulse.duration, knots
     phasors = np.zeros(len(pieces), dtype=np.complex128)
-    for start in starts:
-        first, last = np.searchsorted(knots, (start - near, start + pulse.duration - near))
-        s = knots[first:last] - start
-        source = pulse.pieces[np.searchsorted(pulse.pieces[:, START], s + near) - 1]
-        s = s - source[:, START]
-        covered = slice(first + 1, last + 1)
+    for start, place in zip(starts, places, strict=True):
+        covered = np.arange(place[0], place[-1])
+        source = pulse.pieces[np.searchsorted(place, covered, side="right") - 1]
+        s = np.maximum((knots[covered] - start) - source[:, START], 0.0)
+        covered += 1
         pieces[covered, C0] += source[:, C0] + s * (source[:, C1] + s * (source[:, C2] + s * source[:, C3]))
         pieces[covered, C1] += source[:, C1] + s * (2 * source[:, C2] + 3 * s * source[:, C3])
         pieces[covered, C2] += source[:, C2] + 3 * s * source[:, C3]
@@ -101,5 +108,12 @@ def train(pulse: Pulse, starts: Vector) -> Signal:
         phasors[covered] += source[:, AMPLITUDE] * np.exp(1j * (source[:, FREQUENCY] * s + source[:, PHASE]))
     pieces[:, AMPLITUDE], pieces[:, PHASE] = np.abs(phasors), np.angle(phasors)
     pieces[:, FREQUENCY] = np.where(phasors != 0, pulse.pieces[:, FREQUENCY].max(), 0.0)
-    edges = np.searchsorted(knots, np.add.outer(starts, pulse.edges).ravel() + near) - 1
-    return Signal(pieces, knots[np.unique(edges)])
+    edges = knots[np.unique(places[:, np.searchsorted(joints, pulse.edges)])]
+    return Signal(pieces, edges[apart(edges)])
+
+
+def _knots(starts: Vector, joints: Vector, duration: float) -> Vector:
+    """Times (n, joints) at which the pieces of each pulse begin, and it ends: the first that are not too early."""
+    knots = np.add.outer(starts, joints)
+    early = (knots - starts[:, None]) - joints < -EARLIER * duration
+    return np.where(early, np.nextafter(knots, np.inf), knots)

@@ -108,11 +108,58 @@ def refresh(table, reader, t, count):
 
 
 @compiled(**LEAN)
+def begins(pieces, k, rate, offset):
+    """The time at which the argument rate*t + offset passes the start of piece k of those at an address.
+
+    It is computed as a signal's breakpoints are: where a piece ends and where an integrator lands is one number.
+    """
+    return (floats(pieces, 8 * k + 1)[8 * k] - offset) / rate
+
+
+@compiled(**LEAN)
+def piece_at(pieces, first, last, k, rate, offset, t):
+    """Which of the pieces first to last of those at an address holds at time t, found by walking from piece k."""
+    k = min(max(k, first), last)
+    if rate == 0.0:
+        start = floats(pieces, 8 * last + 1)
+        while k < last and start[8 * (k + 1)] <= offset:
+            k += 1
+        while k > first and start[8 * k] > offset:
+            k -= 1
+    elif rate > 0.0:
+        while k < last and begins(pieces, k + 1, rate, offset) <= t:
+            k += 1
+        while k > first and begins(pieces, k, rate, offset) > t:
+            k -= 1
+    else:
+        while k > first and begins(pieces, k, rate, offset) <= t:
+            k -= 1
+        while k < last and begins(pieces, k + 1, rate, offset) > t:
+            k += 1
+    return k
+
+
+@compiled(**LEAN)
+def holds_from(pieces, first, last, k, rate, offset):
+    """Since when piece k has held; negative infinity where it always has."""
+    if rate > 0.0 and k > first:
+        return begins(pieces, k, rate, offset)
+    return begins(pieces, k + 1, rate, offset) if rate < 0.0 and k < last else -np.inf
+
+
+@compiled(**LEAN)
+def holds_to(pieces, first, last, k, rate, offset):
+    """Until when piece k holds; infinity where it always will."""
+    if rate > 0.0 and k < last:
+        return begins(pieces, k + 1, rate, offset)
+    return begins(pieces, k, rate, offset) if rate < 0.0 and k > first else np.inf
+
+
+@compiled(**LEAN)
 def stand_still(table, reader, place, i):
     """A channel whose argument does not change with time."""
-    k = table.first[i]
-    while k < table.last[i] and table.pieces[k + 1, 0] <= table.offset[i]:
-        k += 1
+    first, last = table.first[i], table.last[i]
+    k = piece_at(first_item(table.pieces), first, last, first, 0.0, table.offset[i], 0.0)
     for row in range(ORIGIN, VALUE, GROUP):
         reader[place + row] = 0.0
     reader[place + C0] = piece_value(table.pieces[k], table.offset[i] - table.pieces[k, 0], table.order[i], 0.0)
@@ -133,18 +180,10 @@ def piece_value(piece, s, order, rate):
 def take_piece(table, reader, place, i, t):
     """The piece of channel i at time t, in powers of t - origin, and its end in time into the window."""
     rate, offset, first, last = table.rate[i], table.offset[i], table.first[i], table.last[i]
-    k = np.int64(reader[place + PIECE])
-    ahead = 1 if rate > 0.0 else 0  # the piece after this one in time begins at its end, or at its start
-    step = 1 if rate > 0.0 else -1
-    after, before = (last, first) if rate > 0.0 else (first, last)
-    while k != after and (table.pieces[k + ahead, 0] - offset) / rate <= t:
-        k += step
-    while k != before and (table.pieces[k + 1 - ahead, 0] - offset) / rate > t:
-        k -= step
-    if k != after:
-        reader[TO] = min(reader[TO], (table.pieces[k + ahead, 0] - offset) / rate)
-    if k != before:
-        reader[FROM] = max(reader[FROM], (table.pieces[k + 1 - ahead, 0] - offset) / rate)
+    pieces = first_item(table.pieces)
+    k = piece_at(pieces, first, last, np.int64(reader[place + PIECE]), rate, offset, t)
+    reader[FROM] = max(reader[FROM], holds_from(pieces, first, last, k, rate, offset))
+    reader[TO] = min(reader[TO], holds_to(pieces, first, last, k, rate, offset))
     reader[place + PIECE] = k
     write_coefficients(table.pieces[k], rate, offset, table.order[i], t, reader, place)
 

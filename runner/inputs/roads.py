@@ -6,6 +6,7 @@ Before and behind what they describe they are level. `drive` brings them under t
 import numpy as np
 
 from runner.checks import finite
+from runner.inputs.instants import check_resolved
 from runner.inputs.shapes import sine
 from runner.inputs.signal import AMPLITUDE, C0, FREQUENCY, PHASE, START, Signal
 from runner.inputs.tables import table
@@ -19,13 +20,14 @@ def wave(amplitude: float, wavelength: float, phase: float = 0.0, mean: float = 
 def ramp(height: float, length: float, at: float = 0.0) -> Signal:
     """A slope that begins at `at` and climbs `height` over `length`, then level ground; m."""
     begin = finite("at", at)
-    return table([begin, begin + _positive("length", length)], [0.0, finite("height", height)])
+    check_resolved("the ramp", begin, _positive("length", length), "m")
+    return table([begin, begin + length], [0.0, finite("height", height)])
 
 
 def step(height: float, at: float = 0.0) -> Signal:
     """A jump up by `height` at `at`, m. A model that reads the rate of its road refuses it: it needs a `ramp`."""
     pieces = np.zeros((2, 8))
-    pieces[0, START], pieces[1, START] = finite("at", at) - 1.0, at
+    pieces[0, START], pieces[1, START] = finite("at", at) - 1.0 - abs(at), at
     pieces[1, C0] = finite("height", height)
     return Signal(pieces, np.array([float(at)]))
 
@@ -33,6 +35,7 @@ def step(height: float, at: float = 0.0) -> Signal:
 def cosine_bump(height: float, length: float, at: float = 0.0) -> Signal:
     """A bump height/2 (1 - cos(2 pi (x - at) / length)) from `at` to `at + length`, m; exact, with level ends."""
     begin, length = finite("at", at), _positive("length", length)
+    check_resolved("the bump", begin, length, "m")
     pieces = np.zeros((3, 8))
     pieces[:, START] = begin - length, begin, begin + length
     pieces[1, C0], pieces[1, AMPLITUDE] = finite("height", height) / 2, height / 2
@@ -45,7 +48,9 @@ def pothole(depth: float, length: float, at: float = 0.0, edge: float = 0.0) -> 
     depth, begin, length = finite("depth", depth), finite("at", at), _positive("length", length)
     if not 0 <= finite("edge", edge) <= length / 2:
         raise ValueError(f"edge is {edge}, expected a length from 0 to half of the hole's, {length / 2:g}")
+    check_resolved("the hole", begin, length, "m")
     if edge > 1e-9 * length:
+        check_resolved("the edge of the hole", begin, edge, "m")
         x = np.array([0.0, edge, length - edge, length])
         corners, first = np.unique(x, return_index=True)
         return table(begin + corners, -depth * np.array([0.0, 1.0, 1.0, 0.0])[first])

@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from runner.checks import finite, unknown
-from runner.inputs.pulses import SAME_EDGE, Pulse, Vector, sized, start_times, train
+from runner.inputs.pulses import Pulse, Vector, sized, start_times, train
 from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
 #: A decaying pulse lasts until the plain exponential would have fallen to this part of the peak.
 DECAY = 0.01
 #: Cubics that make up a decaying pulse: they differ from it by less than 1e-6 of the peak.
 DECAY_PIECES = 40
+#: A ramp that takes a smaller part of its pulse is a jump, and a plateau that does is none.
+UPRIGHT = 1e-9
 
 
 def constant(value: float) -> Signal:
@@ -54,7 +56,7 @@ def _triangle(rise: float) -> Pulse:
 
 
 def _trapezoid(rise: float) -> Pulse:
-    rise = rise if rise > SAME_EDGE else 0.0
+    rise = 0.5 if 1 - 2 * rise < UPRIGHT else rise if rise > UPRIGHT else 0.0
     edges = np.array([0.0, rise, 1.0 - rise, 1.0])
     slopes = np.array([1 / rise, 0.0, -1 / rise]) if rise else np.zeros(3)
     parts = np.diff(edges) > 0
@@ -95,8 +97,10 @@ def pulse_train(
     shape: "half_sine", "triangle", "trapezoid" (`rise`: the part of the duration that each ramp takes, 0 to 0.5; at 0
     it is a rectangle) or "exponential" (a jump to the peak, then peak (e^(-ks) - e^(-k)) / (1 - e^(-k)) with s = time
     since the start / duration and e^(-k) = 0.01: it reaches 0 at its duration, 4.6 time constants after the jump). Any
-    two of peak, duration (s) and impulse = integral of one pulse give the third.
-    Raises ValueError naming the argument.
+    two of peak, duration (s) and impulse = integral of one pulse give the third. However far from zero, a pulse has the
+    values of its definition to rounding, and edges at the nearest floating-point times.
+    Raises ValueError naming the argument, or the pulse whose edges are less than a thousand spacings of floating-point
+    numbers apart: 15 ns a day after zero, 0.24 ms an epoch (1.7e9 s) after it.
     """
     if not isinstance(shape, str) or shape not in SHAPES:
         raise ValueError(unknown("pulse shape", shape, SHAPES))

@@ -14,6 +14,8 @@ from runner.inputs.reader import sample
 
 #: Columns of a piece: value(s) = c0 + c1 s + c2 s^2 + c3 s^3 + amplitude*sin(frequency*s + phase), s = tau - start.
 START, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(8)
+#: Jump relative to the largest value that counts as a jump rather than rounding.
+JUMP = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,30 @@ class Signal:
         values = np.empty((times.size, 1))
         sample(stack([self], [order]), times.ravel(), values)
         return values.reshape(times.shape)
+
+
+def values_at(rows: NDArray[np.float64], s: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Value and derivative of each piece, rows (n, 8), at s (n,) behind its start."""
+    angle = rows[:, FREQUENCY] * s + rows[:, PHASE]
+    value = rows[:, C0] + s * (rows[:, C1] + s * (rows[:, C2] + s * rows[:, C3])) + rows[:, AMPLITUDE] * np.sin(angle)
+    slope = rows[:, C1] + s * (2 * rows[:, C2] + 3 * s * rows[:, C3])
+    return value, slope + rows[:, AMPLITUDE] * rows[:, FREQUENCY] * np.cos(angle)
+
+
+def jumps(pieces: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Which pieces, rows (n, 8), do not begin where the ones before them end.
+
+    A jump is more than rounding of the values, and more than they change within the spacing of the arguments there.
+    """
+    length = np.diff(pieces[:, START])
+    (ends, slopes), (starts, slopes_after) = (
+        values_at(pieces[:-1], length),
+        values_at(pieces[1:], np.zeros(len(length))),
+    )
+    sizes = (ends, starts, pieces[:, AMPLITUDE])  # a half-sine is 0 at both ends, but for rounding
+    largest = max(np.abs(each).max(initial=0.0) for each in sizes)
+    across = np.spacing(np.abs(pieces[1:, START])) * (np.abs(slopes) + np.abs(slopes_after))
+    return np.flatnonzero(np.abs(starts - ends) > JUMP * largest + across) + 1
 
 
 class InputTable(NamedTuple):

@@ -3,8 +3,8 @@
 import numpy as np
 
 from runner.compiled import compiled
-from runner.explicit.adaptive import APART
 from runner.explicit.controller import MATLAB
+from runner.inputs.instants import rounding
 from runner.lanes.pack import (
     ACTIVE,
     FAILED,
@@ -27,10 +27,9 @@ from runner.memory import LEAN, floats, integers
 def plan(batch, pack, lane):
     """The next stop of a lane after its present time, and its next sample, those at present being written."""
     control, run = control_rows(pack), integers(pack.run, LANES)[lane]
-    t0, t1 = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run]
-    near = APART * max(np.spacing(abs(t0)), np.spacing(abs(t1)))
-    stop = next_break(batch, pack, lane, control[T * LANES + lane] + near)
-    control[STOP * LANES + lane] = stop if stop < t1 - near else t1
+    t, t1 = control[T * LANES + lane], floats(batch.t1, batch.runs)[run]
+    stop = next_break(batch, pack, lane, t)
+    control[STOP * LANES + lane] = stop if t1 - stop > rounding(stop) else t1
     j = integers(pack.sample, LANES)[lane]
     control[SAMPLE * LANES + lane] = sample_time(batch, run, j) if j < batch.n_samples else np.inf
 

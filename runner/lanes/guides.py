@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from runner.inputs.signal import AMPLITUDE, C1, C3, START
+from runner.inputs.signal import AMPLITUDE, C1, C3, START, jumps
 from runner.lanes.tables import EVEN, GUIDED, PIECE
 
 Pieces = NDArray[np.float64]
@@ -27,7 +27,9 @@ def is_even(pieces: Pieces) -> bool:
 
 
 def _suits(pieces: Pieces) -> bool:
-    return len(pieces) >= FEW + 2 and not pieces[:, AMPLITUDE].any() and not pieces[0, C1 : C3 + 1].any()
+    """Whether pieces may be found by their arguments. Not where a value jumps: rounding would choose its side."""
+    many = len(pieces) >= FEW + 2 and not pieces[:, AMPLITUDE].any() and not pieces[0, C1 : C3 + 1].any()
+    return many and not jumps(pieces).size
 
 
 def guide_for(pieces: Pieces) -> Integers:

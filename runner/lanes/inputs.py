@@ -7,6 +7,8 @@ from numba import types
 from generated._elementary import lane_cos, lane_sin
 from runner import abi
 from runner.compiled import compiled
+from runner.inputs.instants import INSET
+from runner.inputs.instants import SIDE as INSIDE
 from runner.lanes.calls import doubles
 from runner.lanes.kernel import lane_loop
 from runner.lanes.pack import (
@@ -28,6 +30,7 @@ from runner.lanes.pack import (
     RATE,
     SIDE,
     SINE_PART,
+    ZERO,
     H,
     T,
     control_rows,
@@ -37,9 +40,6 @@ from runner.lanes.tables import read_tables
 from runner.lanes.values import ROW
 from runner.memory import LEAN, integers, intrinsic
 from runner.pointers import caller
-
-#: Inputs of a step's ends are looked up this part of the step inside it: the limit from within where an input jumps.
-INSIDE = 1e-6
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))
@@ -53,10 +53,11 @@ def cubic_values(times, channel, u):
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def turn(times, channel, sine, cosine):
+def turn(control, channel, sine, cosine):
     """Sine and cosine of a channel's frequency times the time: all channels of one frequency make do with them."""
     for lane in range(LANES):
-        angle = channel[FREQUENCY * LANES + lane] * times[lane]
+        since = control[AT * LANES + lane] - control[ZERO * LANES + lane]
+        angle = channel[FREQUENCY * LANES + lane] * since
         sine[lane] = lane_sin(angle)
         cosine[lane] = lane_cos(angle)
 
@@ -77,12 +78,20 @@ def add_sines(channel, sine, cosine, u):
         u[lane] = u[lane] + wave
 
 
-@lane_loop(types.void(abi.POINTER, types.float64, types.float64))
-def set_times(control, c, side):
-    """Times of a stage: AT the stage's own, SIDE strictly inside the step."""
+@lane_loop(types.void(abi.POINTER, types.float64))
+def set_times(control, c):
+    """Times of a stage: AT the stage's own, SIDE strictly inside the step, as `side_of` says."""
     for lane in range(LANES):
-        control[AT * LANES + lane] = control[T * LANES + lane] + c * control[H * LANES + lane]
-        control[SIDE * LANES + lane] = control[T * LANES + lane] + side * control[H * LANES + lane]
+        t, h = control[T * LANES + lane], control[H * LANES + lane]
+        control[AT * LANES + lane] = t + c * h
+        near, half = INSET * abs(t), 0.5 * h
+        inset = INSIDE * h
+        inset = inset if inset > near else near
+        inset = inset if inset < half else half
+        inside = c * h
+        inside = inside if inside > inset else inset
+        inside = inside if inside < h - inset else h - inset
+        control[SIDE * LANES + lane] = t + inside
 
 
 @lane_loop(types.int64(abi.POINTER))
@@ -127,7 +136,7 @@ def read_inputs(batch, pack, whole):
         if kind[i] & SINE:
             waves = pack.turns + 2 * ROW * leader[i]
             if leader[i] == i:
-                turn(times, channel, doubles(waves), doubles(waves + ROW))
+                turn(doubles(pack.control), channel, doubles(waves), doubles(waves + ROW))
             if kind[i] & CUBIC:
                 add_sines(channel, doubles(waves), doubles(waves + ROW), u)
             else:
@@ -150,5 +159,5 @@ def look_up(typing_context: Any, where: Any, batch: Any, pack: Any, whole: Any) 
 @compiled(**LEAN)
 def look_up_stage(batch, pack, c):
     """Write the inputs of a stage that is at the part c of the step, looked up strictly inside the step."""
-    set_times(doubles(pack.control), c, min(max(c, INSIDE), 1.0 - INSIDE))
+    set_times(doubles(pack.control), c)
     look_up(batch.look_up, batch, pack, 0)

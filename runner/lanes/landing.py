@@ -6,7 +6,8 @@ import numpy as np
 from numba import types
 
 from runner.compiled import compiled
-from runner.explicit.march import SNAP
+from runner.explicit.march import steps_of
+from runner.inputs.instants import ROUNDING, rounding
 from runner.lanes.pack import (
     ATTENTION,
     BATCH_TYPE,
@@ -39,21 +40,20 @@ def plan_stop(batch, pack, lane, t):
     """STOP: the next breakpoint or sample after t; ATTENTION: from when on the lane wants a closer look."""
     control, run = control_rows(pack), integers(pack.run, LANES)[lane]
     t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
-    near = SNAP * step
     sample = np.inf
     if integers(pack.sample, LANES)[lane] < batch.n_samples:
         sample = sample_time(batch, run, integers(pack.sample, LANES)[lane])
-    if control[BREAK * LANES + lane] <= t + near:
-        control[BREAK * LANES + lane] = next_break(batch, pack, lane, t + near)
+    if control[BREAK * LANES + lane] - t <= rounding(t):
+        control[BREAK * LANES + lane] = next_break(batch, pack, lane, t)
     stop = control[BREAK * LANES + lane]
     if stop < np.inf:
         grid = t0 + np.round((stop - t0) / step) * step
-        stop = stop if abs(stop - grid) > near else grid
-    stop = sample if sample <= stop + near else stop
-    stop = stop if stop < t1 - near else np.inf
-    points = max(1.0, np.ceil((t1 - t0) / step - SNAP))
+        stop = stop if abs(stop - grid) > rounding(stop) else grid
+    stop = sample if sample < np.inf and sample - stop <= rounding(sample) else stop
+    stop = stop if t1 - stop > rounding(stop) else np.inf
     control[STOP * LANES + lane] = stop
-    control[ATTENTION * LANES + lane] = min(stop - near, t0 + (points - 0.5) * step)
+    before = stop - rounding(stop) if stop < np.inf else stop
+    control[ATTENTION * LANES + lane] = min(before, t0 + (steps_of(t0, t1, step) - 0.5) * step)
 
 
 @compiled(**LEAN)
@@ -61,15 +61,15 @@ def plan_closely(batch, pack, lane):
     """Let a lane step to what comes first: grid point, breakpoint, sample, end."""
     control, run = control_rows(pack), integers(pack.run, LANES)[lane]
     t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
-    k, near = control[K * LANES + lane], SNAP * step
-    last = k + 1.0 >= max(1.0, np.ceil((t1 - t0) / step - SNAP))
+    k = control[K * LANES + lane]
+    last = k + 1.0 >= steps_of(t0, t1, step)
     grid = t1 if last else t0 + (k + 1.0) * step
     stop = control[STOP * LANES + lane]
-    at_stop = stop <= grid + near
+    at_stop = stop <= grid + rounding(grid)
     target = stop if at_stop else grid
     control[TARGET * LANES + lane] = target
     control[H * LANES + lane] = target - control[T * LANES + lane]
-    at_grid = not at_stop or target >= grid - near
+    at_grid = not at_stop or target >= grid - rounding(target)
     integers(pack.landing, LANES)[lane] = GRID * at_grid + AT_STOP * at_stop + END * (last and not at_stop)
 
 
@@ -103,7 +103,7 @@ def set_out(batch, pack):
     for lane in range(LANES):
         found |= landing[lane]
     if found & NEW:
-        write_samples(batch, pack, SNAP * batch.step)
+        write_samples(batch, pack, ROUNDING)
     for lane in range(LANES):
         if landing[lane] != 0:
             landing[lane] = 0
@@ -158,7 +158,7 @@ def land(batch, pack, stages, diverged):
     if diverged > 0:
         drop_diverged(batch, pack, stages)
     control, landings = control_rows(pack), integers(pack.landing, LANES)
-    write_samples(batch, pack, SNAP * batch.step)
+    write_samples(batch, pack, ROUNDING)
     for lane in range(LANES):
         landing = landings[lane]
         if landing != 0 and landing & (GRID | NEW) == 0:

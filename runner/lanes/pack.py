@@ -42,7 +42,8 @@ PACK = layout(
 )
 
 #: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
-#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; TARGET: where the step
+#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; ZERO: from when their
+#: sines count the time; TARGET: where the step
 #: ends. Fixed steps: START, K, STEP: the grid START + K*STEP; ATTENTION: a grid point beyond it wants a closer look;
 #: SIZE: sum of squares of the states; BREAK: the next breakpoint; STOP: that or the next sample. Adaptive steps:
 #: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the end; SAMPLE: time of the next sample; NEXT, LEAST:
@@ -52,11 +53,11 @@ PACK = layout(
 #: where in its step, 0 to 1, dense output is wanted.
 (T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
 (ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
-(GOOD, FRESH, STEPS, FAILED, LONGEST, THETA, BREAK) = range(24, 31)
-CONTROL_ROWS = 31
+(GOOD, FRESH, STEPS, FAILED, LONGEST, THETA, BREAK, ZERO) = range(24, 32)
+CONTROL_ROWS = 32
 
-#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(FREQUENCY*t) +
-#: COSINE_PART*cos(FREQUENCY*t), where s = RATE*t + OFFSET - BEGIN.
+#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(angle) +
+#: COSINE_PART*cos(angle), where angle = FREQUENCY*(t - ZERO) and s = RATE*t + OFFSET - BEGIN.
 RATE, OFFSET, BEGIN, C0, C1, C2, C3, FREQUENCY, SINE_PART, COSINE_PART = range(10)
 INPUT_ROWS = 10
 #: Rows of a channel that computes its piece (see `tables`). BEGIN: the start of the second piece; PER_LENGTH, LENGTH:

@@ -3,6 +3,8 @@
 import numpy as np
 
 from runner.compiled import compiled
+from runner.inputs.reader import holds_from, holds_to, piece_at
+from runner.inputs.sine import FAR
 from runner.lanes.pack import (
     BEGIN,
     C0,
@@ -19,6 +21,7 @@ from runner.lanes.pack import (
     RATE,
     SIDE,
     SINE_PART,
+    ZERO,
     control_rows,
 )
 from runner.lanes.tables import take_table
@@ -31,23 +34,14 @@ STEADY, CUBIC, SINE, CUBIC_AND_SINE, TABLE = np.arange(5)
 
 
 @compiled(**LEAN)
-def piece_at(batch, table, start, tau):
-    """The piece of a table that holds tau, found by walking from piece `start`."""
-    pieces = floats(batch.pieces, 8 * batch.n_pieces)
-    first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
-    k = min(max(start, first), last)
-    while k < last and pieces[8 * (k + 1)] <= tau:
-        k += 1
-    while k > first and pieces[8 * k] > tau:
-        k -= 1
-    return k
+def take_wave(pack, lane, i, p, rate, offset, order, zero):
+    """The sine of a piece as parts of sine and cosine of frequency times (time - zero).
 
-
-@compiled(**LEAN)
-def take_wave(pack, lane, i, p, rate, offset, order):
-    """The sine of a piece as parts of sine and cosine of frequency times time; returns whether the frequency is new."""
+    Returns whether the frequency is new.
+    """
     row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-    amplitude, phase, before = p[5], p[6] * (offset - p[0]) + p[7], row[FREQUENCY * LANES + lane]
+    phase = p[6] * (rate * zero + offset - p[0]) + p[7]
+    amplitude, before = p[5], row[FREQUENCY * LANES + lane]
     if order != 0:
         amplitude, phase = amplitude * rate * p[6], phase + 0.5 * np.pi
     row[SINE_PART * LANES + lane] = amplitude * np.cos(phase) if amplitude != 0.0 else 0.0
@@ -72,7 +66,7 @@ def take_cubic(pack, lane, i, p, rate, order):
 
 @compiled(**LEAN)
 def take_piece(batch, pack, lane, i, side):
-    """Put the piece that holds time `side` into the rows of channel i.
+    """Put the piece that holds time `side`, from which on its sine counts the time, into the rows of channel i.
 
     Returns from when to when it holds, and whether the channel needs anything else now.
     """
@@ -85,16 +79,15 @@ def take_piece(batch, pack, lane, i, side):
     if integers(batch.way, 1)[i]:
         take_table(batch, pack, lane, i, table)
         return -np.inf, np.inf, integers(pack.kind, 1)[i] != TABLE
-    k = piece_at(batch, table, integers(pack.piece, 1)[cursor], rate * side + offset)
-    integers(pack.piece, 1)[cursor] = k
-    p = floats(batch.pieces + 64 * k, 16)
-    take_cubic(pack, lane, i, p, rate, order)
-    new = take_wave(pack, lane, i, p, rate, offset, order)
     first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
-    before = (p[0] - offset) / rate if rate != 0.0 and k > first else -np.inf
-    after = (p[8] - offset) / rate if rate != 0.0 and k < last else np.inf
-    if rate < 0.0:
-        before, after = (after if k < last else -np.inf), (before if k > first else np.inf)
+    k = piece_at(batch.pieces, first, last, integers(pack.piece, 1)[cursor], rate, offset, side)
+    integers(pack.piece, 1)[cursor] = k
+    p = floats(batch.pieces + 64 * k, 8)
+    take_cubic(pack, lane, i, p, rate, order)
+    new = take_wave(pack, lane, i, p, rate, offset, order, side)
+    reach = 0.5 * FAR / abs(rate * p[6]) if p[5] != 0.0 and rate * p[6] != 0.0 else np.inf
+    before = max(holds_from(batch.pieces, first, last, k, rate, offset), side - reach)
+    after = min(holds_to(batch.pieces, first, last, k, rate, offset), side + reach)
     return before, after, new or kind_of(pack, lane, i) != integers(pack.lane_kind, 1)[cursor]
 
 
@@ -112,6 +105,7 @@ def take_pieces(batch, pack, lane):
     """Exchange the pieces of one lane, note from when to when they hold; returns whether `classify` is due."""
     control = control_rows(pack)
     low, high, changed = -np.inf, np.inf, False
+    control[ZERO * LANES + lane] = control[SIDE * LANES + lane]
     for i in range(batch.n_watched):
         before, after, new = take_piece(batch, pack, lane, i, control[SIDE * LANES + lane])
         low, high, changed = max(low, before), min(high, after), changed or new

@@ -7,9 +7,10 @@ from numba import typeof, types
 
 from runner.compiled import compiled
 from runner.explicit.controller import CONTROL, LEAST_LAST_ERROR, MATLAB, matlab_first_step, settled_step, trial_step
+from runner.inputs.instants import side_of
 from runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
 from runner.lanes.calls import call_lanes
-from runner.lanes.inputs import INSIDE, look_up
+from runner.lanes.inputs import look_up
 from runner.lanes.pack import (
     AT,
     BATCH_TYPE,
@@ -72,7 +73,7 @@ def take_slopes(batch, control, pack, pair, longest_step):
             plan(batch, pack, lane)
         t = rows[T * LANES + lane]
         rows[AT * LANES + lane] = t
-        rows[SIDE * LANES + lane] = t + INSIDE * (rows[STOP * LANES + lane] - t)
+        rows[SIDE * LANES + lane] = side_of(t, rows[STOP * LANES + lane] - t, 0.0)
     next_slope = pack.slopes + ROW * batch.n
     evaluate(batch, pack, pack.now, next_slope)
     choose(batch.n, pack.control + ROW * FRESH, pack.slopes, next_slope)
@@ -108,7 +109,7 @@ def restart(batch, control, pack, pair, longest_step):
             h = min(trial_step(lane_norm(batch, control, pack, lane, pack.now, pack.now, 0.0), speed), ahead)
             rows[H * LANES + lane] = h
             rows[AT * LANES + lane] += h
-            rows[SIDE * LANES + lane] += (1.0 - INSIDE) * h
+            rows[SIDE * LANES + lane] = side_of(rows[T * LANES + lane], h, 1.0)
             evaluations[lane] += 1
     if control.kind != MATLAB:
         first_steps(batch, control, pack)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from runner.compiled import compiled
+from runner.inputs.instants import rounding
 from runner.lanes.calls import take_next
 from runner.lanes.pack import (
     ACTIVE,
@@ -42,7 +43,7 @@ def gather(lane, where, x):
 
 @compiled(**LEAN)
 def next_break(batch, pack, lane, t):
-    """The first breakpoint of the lane's inputs after t."""
+    """The first breakpoint of the lane's inputs after t, and not one time with it."""
     run, at = integers(pack.run, LANES)[lane], integers(pack.break_at, 1)
     found = np.inf
     for i in range(batch.channels):
@@ -55,7 +56,7 @@ def next_break(batch, pack, lane, t):
         j = at[lane * batch.channels + i]
         while j < count:
             when = (breaks[first + j if rate > 0.0 else end - 1 - j] - offset) / rate
-            if when > t:
+            if when - t > rounding(when):
                 found = min(found, when)
                 break
             j += 1

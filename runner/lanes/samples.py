@@ -9,6 +9,7 @@ from runner import abi
 from runner.compiled import compiled
 from runner.explicit.step import PAIR
 from runner.explicit.workspace import MOST_STAGES
+from runner.inputs.instants import rounding
 from runner.lanes.calls import doubles
 from runner.lanes.inputs import look_up
 from runner.lanes.kernel import lane_loop
@@ -30,16 +31,13 @@ from runner.lanes.runs import gather, sample_time
 from runner.memory import LEAN, floats, integers, intrinsic, record
 from runner.pointers import call_kernel, caller
 
-#: Inputs of a sample are looked up this many spacings of floating-point numbers after it: the limit from the right.
-AFTER = 16.0
-
 PAIR_TYPE = typeof(record(PAIR))
 
 
 @compiled(**LEAN)
 def due(batch, pack, lane, t, near):
-    """Whether a lane has a sample at t, or before it by less than `near`; those that are long past are left out."""
-    run, sample = integers(pack.run, LANES)[lane], integers(pack.sample, LANES)
+    """Whether a lane has a sample at t, or within this part of t of it; those that are long past are left out."""
+    near, run, sample = near * abs(t), integers(pack.run, LANES)[lane], integers(pack.sample, LANES)
     while run >= 0 and sample[lane] < batch.n_samples:
         at = sample_time(batch, run, sample[lane])
         if at >= t - near:
@@ -49,12 +47,11 @@ def due(batch, pack, lane, t, near):
 
 
 @compiled(**LEAN)
-def look_at(batch, pack, lane, t):
+def look_at(pack, lane, t):
     """Let the inputs of a lane be read at t, as they are right after it."""
-    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
-    latest = max(abs(floats(batch.t0, batch.runs)[run]), abs(floats(batch.t1, batch.runs)[run]))
+    control = control_rows(pack)
     control[AT * LANES + lane] = t
-    control[SIDE * LANES + lane] = t + AFTER * np.spacing(latest)
+    control[SIDE * LANES + lane] = t + rounding(t)
 
 
 @compiled(**LEAN)
@@ -77,12 +74,12 @@ def write_sample(batch, pack, lane, t, where):
 
 @compiled(**LEAN)
 def write_samples(batch, pack, near):
-    """Write the samples of all lanes that are at the present, or before it by less than `near`."""
+    """Write the samples of all lanes that are at the present, or within this part of it."""
     control, found = control_rows(pack), 0
     for lane in range(LANES):
         t = control[T * LANES + lane]
         if due(batch, pack, lane, t, near):
-            look_at(batch, pack, lane, t)
+            look_at(pack, lane, t)
             found += 1
     if found > 0:
         if batch.needs_outputs:
@@ -130,7 +127,7 @@ def aim(batch, pack):
     for lane in range(LANES):
         at = rows[SAMPLE * LANES + lane]
         if rows[GOOD * LANES + lane] > 0.0 and at <= rows[TARGET * LANES + lane]:
-            look_at(batch, pack, lane, at)
+            look_at(pack, lane, at)
             found += 1
     return found
 

@@ -1,14 +1,15 @@
 """The inputs of many runs as one table: pieces that runs share are stored once, whatever their rates and offsets."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from runner.checks import numbers, row, shown, unknown
-from runner.inputs.bind import as_signal, check_continuous
+from runner.inputs.bind import as_signal, check_continuous, check_told_apart
+from runner.inputs.instants import INSET
 from runner.inputs.shapes import constant
 from runner.inputs.signal import Signal
 from runner.lanes.guides import ways
@@ -131,6 +132,7 @@ def stack_runs(tables: Tables, inputs: Any, runs: int) -> BatchTable:
             for k in np.unique(table[:, i]):
                 check_continuous(channel.rate_of, found.signals[k], channel.name)
     _check_finite(tables, rate, offset)
+    _check_told_apart(tables, found.signals, table, rate, offset)
     order = np.array([int(bool(channel.rate_of)) for channel in tables.inputs], dtype=np.int64)
     stacked = _stacked(found.signals)
     way, guides = ways(table, [signal.pieces for signal in found.signals], stacked["first"])
@@ -183,6 +185,26 @@ def _check_finite(tables: Tables, rate: NDArray[np.float64], offset: NDArray[np.
     if bad.size:
         run, i = bad[0]
         raise ValueError(f"input {tables.inputs[i].name}: rate or offset of run {run} is not finite")
+
+
+def _check_told_apart(
+    tables: Tables,
+    signals: list[Signal],
+    table: NDArray[np.int64],
+    rate: NDArray[np.float64],
+    offset: NDArray[np.float64],
+) -> None:
+    """`check_told_apart` of the runs whose closest breakpoints may be one time at their farthest."""
+    for k, signal in enumerate(signals):
+        tau = np.sort(signal.breakpoints)
+        gaps = np.diff(tau)[np.diff(tau) > INSET * np.abs(tau[1:])]
+        if not gaps.size:
+            continue
+        farthest = np.maximum(np.abs(tau[0] - offset), np.abs(tau[-1] - offset))
+        for run, i in np.argwhere((table == k) & (gaps.min() <= INSET * farthest)):
+            if tables.inputs[i].rate_of == "":
+                shifted = replace(signal, rate=rate[run, i], offset=offset[run, i])
+                check_told_apart(f"input {tables.inputs[i].name} of run {run}", shifted)
 
 
 def _stacked(signals: list[Signal]) -> dict[str, Any]:

@@ -81,10 +81,12 @@ def spectrum(road: Signal, reach: tuple[float, float], highest: float) -> Sheet 
 def points(signal: Signal, breaks: Vector, reach: tuple[float, float]) -> tuple[Vector, Vector]:
     """Arguments and values of a signal between two arguments, evenly and to both sides of its breakpoints."""
     begin, end = reach
-    near = BESIDE * (end - begin)
     inside = breaks[(breaks > begin) & (breaks < end)][:POINTS]
+    gaps = np.diff(inside, prepend=begin, append=end)
+    near = np.minimum(BESIDE * (end - begin), np.minimum(gaps[1:], gaps[:-1]) / 4)
+    near = np.maximum(near, np.spacing(np.abs(inside)))
     between = _between(inside[:100])
-    x = np.unique(np.concatenate([np.linspace(begin, end, POINTS), inside - near, inside + near, between]))
+    x = np.unique(np.concatenate([np.linspace(begin, end, POINTS), inside - near, inside, inside + near, between]))
     return x, signal(x)
 
 

@@ -12,6 +12,7 @@ from runner.compiled import compiled
 from runner.compiling import working_time
 from runner.events.kinds import EventLog, names_of, watch_for
 from runner.events.search import WATCH
+from runner.inputs.instants import ROUNDING, between, side_of
 from runner.memory import address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -19,10 +20,7 @@ from runner.slices import drive
 from runner.stiff.consistent import AlgebraicEquations, InconsistentError, consistent_state
 from runner.stiff.run import CORRECT, POINTS, START
 from runner.stiff.space import SPACE, THRESHOLD, X, space_for
-from runner.stiff.system import SIDE
 
-#: Times closer than this many units in the last place are one.
-SNAP_ULPS = 64
 #: Scalar operations of a slice: some ten milliseconds, so that Ctrl-C is heard.
 SLICE_WORK = 100_000_000
 FOUND = ("found_t", "found_event", "found_x")
@@ -118,7 +116,7 @@ class Run:
     def _make_consistent(self) -> bool:
         """Correct the algebraic states where a segment begins; False where that fails after the start."""
         s = self.control
-        side = s["t"] + SIDE * (self.stops[s["segment"]] - s["t"])
+        side = side_of.py_func(s["t"], self.stops[s["segment"]] - s["t"], 0.0)
         threshold = self.arrays["work"][THRESHOLD]
         equations = AlgebraicEquations(self.problem, float(s["t"]), float(side), threshold)
         try:
@@ -166,10 +164,7 @@ def stops(problem: Problem) -> Array:
     t0, t1 = float(problem.t0), float(problem.t1)
     if not t0 < t1:
         raise ValueError(f"the run goes from t0 = {t0} to t1 = {t1}, expected t1 greater than t0")
-    near = SNAP_ULPS * np.spacing(max(abs(t0), abs(t1)))
-    breakpoints = problem.inputs.breakpoints
-    inside = breakpoints[(breakpoints > t0 + near) & (breakpoints < t1 - near)]
-    return np.append(inside[np.diff(inside, prepend=-np.inf) > near], t1)
+    return np.append(between(problem.inputs.breakpoints, t0, t1), t1)
 
 
 def requested_times(problem: Problem, options: Options) -> Array:
@@ -177,9 +172,8 @@ def requested_times(problem: Problem, options: Options) -> Array:
     if options.output_times is None:
         return np.empty(0)
     t0, t1 = float(problem.t0), float(problem.t1)
-    near = SNAP_ULPS * np.spacing(max(abs(t0), abs(t1)))
     times = np.asarray(options.output_times)
-    outside = times[(times < t0 - near) | (times > t1 + near)]
+    outside = times[(t0 - times > ROUNDING * abs(t0)) | (times - t1 > ROUNDING * abs(t1))]
     if outside.size:
         raise ValueError(f"output time {outside[0]} is outside the span from {t0} to {t1}")
-    return np.append(times[(times > t0 + near) & (times < t1 - near)], t1)
+    return np.append(between(times, t0, t1), t1)

@@ -2,9 +2,10 @@
 
 from runner.compiled import compiled
 from runner.events.search import NONE, bisect, earliest, event_value, mark_crossed, watch_start
+from runner.inputs.instants import side_of
 from runner.memory import INLINE, LEAN, floats, integers
 from runner.stiff.space import WITHIN, X_NEW, X, vectors
-from runner.stiff.system import SIDE, evaluate_polynomial, set_inputs
+from runner.stiff.system import evaluate_polynomial, set_inputs
 
 
 @compiled(**INLINE)
@@ -18,7 +19,7 @@ def watch_segment(space, s, v, points, watch):
 @compiled(**INLINE)
 def watch_step(space, s, watch):
     """Write the values at the end of a step and mark its events; returns how many."""
-    set_inputs(space, s.t_new, s.t_new - SIDE * s.length)
+    set_inputs(space, s.t_new, side_of(s.t, s.length, 1.0))
     return mark_crossed(space, watch, s.t_new, X_NEW)
 
 

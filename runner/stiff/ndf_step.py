@@ -6,13 +6,13 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 import numpy as np
 
 from runner.compiled import compiled
+from runner.inputs.instants import side_of
 from runner.memory import INLINE, LEAN
 from runner.problem import Status
 from runner.stiff.ndf_choice import choose_after_failure
 from runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, ERROR, GAMMA, INVERSE, PREDICTED, PSI, rescale
 from runner.stiff.space import X_NEW, F, X, square
 from runner.stiff.system import (
-    SIDE,
     evaluate_f,
     evaluate_jacobian,
     factorize_shifted,
@@ -110,7 +110,7 @@ def _solve(space, s, v):
     """Solve for the step by Newton's method; where that is slow, renew the Jacobian, then reduce the step."""
     while True:
         _predict(s, v)
-        set_inputs(space, s.t_new, s.t_new - SIDE * (s.t_new - s.t))
+        set_inputs(space, s.t_new, side_of(s.t, s.t_new - s.t, 1.0))
         outcome = _newton(space, s, v)
         if outcome == CONVERGED:
             return RUNNING
@@ -132,7 +132,7 @@ def _solve(space, s, v):
 @compiled(**INLINE)
 def _renew_jacobian(space, s, v):
     """Jacobian at the present state, and the iteration matrix with it."""
-    set_inputs(space, s.t, s.t + SIDE * s.h)
+    set_inputs(space, s.t, side_of(s.t, s.h, 0.0))
     if space.jacobian_kernel == 0:
         evaluate_f(space, s, s.t, X, F)
     evaluate_jacobian(space, s, v, s.t, s.h)

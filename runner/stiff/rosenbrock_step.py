@@ -7,11 +7,11 @@ import numpy as np
 
 from runner.compiled import compiled
 from runner.explicit.controller import MATLAB, after_failure, after_success
+from runner.inputs.instants import side_of
 from runner.memory import LEAN
 from runner.problem import Status
 from runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square
 from runner.stiff.system import (
-    SIDE,
     careful_time_derivative,
     evaluate_f,
     evaluate_jacobian,
@@ -43,7 +43,7 @@ def step(space, s, v):
     s.h_min = 16.0 * np.spacing(abs(s.t))
     s.h = min(s.h_max, max(s.h_min, s.h))
     if not s.fresh_jacobian:
-        set_inputs(space, s.t, s.t + SIDE * s.h)
+        set_inputs(space, s.t, side_of(s.t, s.h, 0.0))
         evaluate_f(space, s, s.t, X, F)
         evaluate_jacobian(space, s, v, s.t, s.h)
         s.fresh_jacobian = True
@@ -84,8 +84,7 @@ def _attempt(space, s, v):
     for i in range(STAGES):
         if i > 0:
             _combine(v, i, s.h)
-            side = s.t + min(max(CS[i], SIDE), 1.0 - SIDE) * s.h
-            set_inputs(space, s.t + CS[i] * s.h, side)
+            set_inputs(space, s.t + CS[i] * s.h, side_of(s.t, s.h, CS[i]))
             evaluate_f(space, s, s.t + CS[i] * s.h, ARGUMENT, U + i)
             _add_past(space, s, v, i)
         else:

@@ -7,11 +7,12 @@ in a low derivative of it, makes what it knew of the past worthless.
 import numpy as np
 
 from runner.compiled import compiled
+from runner.inputs.instants import side_of
 from runner.memory import INLINE, LEAN, floats, layout
 from runner.problem import Status
 from runner.stiff.events import watch_segment
 from runner.stiff.space import WITHIN, X_NEW, F, X
-from runner.stiff.system import SIDE, evaluate_f, evaluate_jacobian, evaluate_polynomial, set_inputs
+from runner.stiff.system import evaluate_f, evaluate_jacobian, evaluate_polynomial, set_inputs
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
 NON_FINITE, TOO_MANY_STEPS = int(Status.NON_FINITE), int(Status.TOO_MANY_STEPS)
@@ -31,7 +32,7 @@ def begin_segment(space, s, v, points, watch):
     s.segment_end = floats(points.stops, points.n_stops)[s.segment]
     s.reaches_end = False
     s.length, s.t_new = 0.0, s.t
-    set_inputs(space, s.t, s.t + SIDE * (s.segment_end - s.t))
+    set_inputs(space, s.t, side_of(s.t, s.segment_end - s.t, 0.0))
     if watch_segment(space, s, v, points, watch):
         return TERMINATED
     evaluate_f(space, s, s.t, X, F)

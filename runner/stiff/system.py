@@ -9,6 +9,7 @@ from runner.abi import MATRIX_KERNEL
 from runner.compiled import compiled
 from runner.explicit.slopes import constants, input_table, input_values
 from runner.explicit.workspace import states
+from runner.inputs.instants import side_of
 from runner.inputs.reader import read
 from runner.memory import LEAN, floats, integers
 from runner.pointers import call_kernel, caller
@@ -28,8 +29,6 @@ from runner.stiff.space import (
     square,
 )
 
-#: A time at the end of a step looks its inputs up this part of the step inside: the limit from within where one jumps.
-SIDE = 1e-6
 #: Square root of the rounding unit: relative increment of a forward difference.
 ROOT_EPS = float(np.sqrt(np.finfo(np.float64).eps))
 #: Its cube root: of a central difference.
@@ -120,8 +119,11 @@ def centre_column(space, s, v, t, j):
 
 @compiled(**LEAN)
 def time_derivative(space, s, v, increment, dfdt):
-    """v[dfdt] = df/dt at (s.t, v[X]), where v[F] = f, by a forward difference; changes the inputs last set."""
-    later = s.t + increment
+    """v[dfdt] = df/dt at (s.t, v[X]), where v[F] = f, by a forward difference; changes the inputs last set.
+
+    The difference stays within the segment, in which no input jumps.
+    """
+    later = s.t + min(increment, 0.5 * (s.segment_end - s.t))
     set_inputs(space, later, later)
     evaluate_f(space, s, later, X, dfdt)
     for i in range(v.shape[1]):
@@ -143,11 +145,11 @@ def careful_time_derivative(space, s, v, increment, dfdt):
 @compiled(**LEAN)
 def find_non_finite(space, s, v):
     """The first state whose slope, here or just ahead, or whose row of the Jacobian is not finite; -1 where all are."""
-    set_inputs(space, s.t, s.t + SIDE * s.h)
+    set_inputs(space, s.t, side_of(s.t, s.h, 0.0))
     evaluate_f(space, s, s.t, X, F)
     for i in range(space.n):
         v[SHIFTED, i] = v[X, i] + s.h * v[F, i]
-    set_inputs(space, s.t + s.h, s.t + s.h)
+    set_inputs(space, s.t + s.h, side_of(s.t, s.h, 1.0))
     evaluate_f(space, s, s.t + s.h, SHIFTED, F_SHIFTED)
     jacobian = square(space, space.jacobian)
     for i in range(space.n):
