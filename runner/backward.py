@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from runner import abi
 from runner.events.kinds import Event, EventLog, OutputCrossing
+from runner.inputs.instants import ROUNDING
 from runner.inputs.signal import C0, PHASE, InputTable
 from runner.methods import Method
 from runner.options import Options
@@ -24,9 +25,6 @@ from runner.problem import Problem, Trajectory
 from runner.stiff.system import call_matrix_kernel
 
 Vector = NDArray[np.float64]
-
-#: Times that differ by no more than this part of themselves are one.
-ROUNDING = 16 * 2.0**-52
 
 
 def integrate_backward(problem: Problem, method: Method, options: Options) -> Trajectory:

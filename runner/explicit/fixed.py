@@ -14,6 +14,7 @@ from runner.explicit.march import MARCH, advance, steps_of
 from runner.explicit.step import PAIR, tableau_for
 from runner.explicit.workspace import SPACE, space_for, state_of
 from runner.inputs.instants import ROUNDING, between
+from runner.inputs.short import with_stops
 from runner.memory import BLOCK, address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -83,7 +84,8 @@ def _plan(problem: Problem, options: Options, name: str) -> Plan:
         raise ValueError(f"step is {step}, too small to advance a time as large as {max(abs(t0), abs(t1))}")
     grid_points = int(steps_of.py_func(t0, t1, step))
     outputs = _requested(options.output_times, t0, t1)
-    breakpoints = _on_grid(_apart(between(problem.inputs.breakpoints, t0, t1), outputs), t0, step)
+    times = with_stops(problem.inputs, step)
+    breakpoints = _on_grid(_apart(between(times, t0, t1), outputs), t0, step)
     stops = np.concatenate([outputs, breakpoints])
     order = np.argsort(stops, kind="stable")
     every = 0 if options.output_times is not None else options.every or -(-grid_points // DEFAULT_POINTS)

@@ -3,7 +3,7 @@
 from runner.compiled import compiled
 from runner.explicit.stage import call_stage
 from runner.explicit.workspace import ZERO, row_address, states
-from runner.inputs.instants import side_of
+from runner.inputs.instants import after, side_of
 from runner.inputs.reader import CONSTANT, TO, read
 from runner.inputs.signal import InputTable
 from runner.memory import INLINE, LEAN, VIEW, floats, integers, matrix
@@ -55,9 +55,9 @@ def look_up_moving(space, t, h, c):
 @compiled(**LEAN)
 def settle(space, t, h):
     """Find out whether the inputs are constant from t to t + h, where no breakpoint lies between, and look them up."""
-    space.steady = 0
-    look_up(space, t, h, 0.0)
     reader = floats(space.reader, space.reader_size)
+    if space.n_inputs > 0:
+        read(input_table(space), reader, t, after(t, h), space.n_inputs, input_values(space))
     space.steady = space.n_inputs == 0 or (reader[CONSTANT] != 0.0 and reader[TO] > side_of(t, h, 1.0))
 
 

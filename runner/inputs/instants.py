@@ -36,6 +36,12 @@ def side_of(t, h, c):
     return t + min(max(c * h, inset), h - inset)
 
 
+@compiled(**LEAN)
+def after(t, ahead):
+    """The time at which to look up the inputs of t, from which it is `ahead` to the next breakpoint, however far."""
+    return t + min(INSET * abs(t), 0.5 * ahead)
+
+
 def apart(times: Times) -> NDArray[np.bool_]:
     """Which of rising times (n,) are another time than the last one chosen before them."""
     chosen = np.diff(times, prepend=-np.inf) > ROUNDING * np.abs(times)

@@ -7,7 +7,7 @@ from numba import typeof, types
 
 from runner.compiled import compiled
 from runner.explicit.controller import CONTROL, LEAST_LAST_ERROR, MATLAB, matlab_first_step, settled_step, trial_step
-from runner.inputs.instants import side_of
+from runner.inputs.instants import after, side_of
 from runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
 from runner.lanes.calls import call_lanes
 from runner.lanes.inputs import look_up
@@ -73,7 +73,7 @@ def take_slopes(batch, control, pack, pair, longest_step):
             plan(batch, pack, lane)
         t = rows[T * LANES + lane]
         rows[AT * LANES + lane] = t
-        rows[SIDE * LANES + lane] = side_of(t, rows[STOP * LANES + lane] - t, 0.0)
+        rows[SIDE * LANES + lane] = after(t, rows[STOP * LANES + lane] - t)
     next_slope = pack.slopes + ROW * batch.n
     evaluate(batch, pack, pack.now, next_slope)
     choose(batch.n, pack.control + ROW * FRESH, pack.slopes, next_slope)

@@ -11,6 +11,7 @@ from runner.checks import numbers, row, shown, unknown
 from runner.inputs.bind import as_signal, check_continuous, check_told_apart
 from runner.inputs.instants import INSET
 from runner.inputs.shapes import constant
+from runner.inputs.short import stops_within
 from runner.inputs.signal import Signal
 from runner.lanes.guides import ways
 from runner.lanes.tables import EVEN, GUIDED
@@ -112,10 +113,11 @@ def _size(value: Any) -> int | None:
     return len(value) if _for_each(value) else None
 
 
-def stack_runs(tables: Tables, inputs: Any, runs: int) -> BatchTable:
+def stack_runs(tables: Tables, inputs: Any, runs: int, step: float | None = None) -> BatchTable:
     """The table of all channels of all runs, in the kernels' order; inputs not given are 0.
 
-    inputs: name -> what it is for all runs or for each, or one mapping name -> Signal or number for each run.
+    inputs: name -> what it is for all runs or for each, or one mapping name -> Signal or number for each run. step: a
+    constant one, where curved pulses are shorter than it there are stops within them.
     Raises ValueError as `bind` does, naming the input and, where each run has its own, the run.
     """
     found, zero = _Tables(), constant(0.0)
@@ -134,6 +136,9 @@ def stack_runs(tables: Tables, inputs: Any, runs: int) -> BatchTable:
     _check_finite(tables, rate, offset)
     _check_told_apart(tables, found.signals, table, rate, offset)
     order = np.array([int(bool(channel.rate_of)) for channel in tables.inputs], dtype=np.int64)
+    if step is not None:
+        fastest = [np.abs(rate[table == k]).max(initial=0.0) for k in range(len(found.signals))]
+        found.signals = [_with_stops(signal, step * v) for signal, v in zip(found.signals, fastest, strict=True)]
     stacked = _stacked(found.signals)
     way, guides = ways(table, [signal.pieces for signal in found.signals], stacked["first"])
     even, guided = np.flatnonzero(way == EVEN), np.flatnonzero(way == GUIDED)
@@ -205,6 +210,12 @@ def _check_told_apart(
             if tables.inputs[i].rate_of == "":
                 shifted = replace(signal, rate=rate[run, i], offset=offset[run, i])
                 check_told_apart(f"input {tables.inputs[i].name} of run {run}", shifted)
+
+
+def _with_stops(signal: Signal, longest: float) -> Signal:
+    breakpoints = np.sort(signal.breakpoints)
+    stops = stops_within(signal.pieces, breakpoints, longest)
+    return replace(signal, breakpoints=np.union1d(breakpoints, stops)) if stops.size else signal
 
 
 def _stacked(signals: list[Signal]) -> dict[str, Any]:

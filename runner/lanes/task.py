@@ -110,7 +110,7 @@ def make_task(
     t0, t1 = np.broadcast_to(t0, count).copy(), np.broadcast_to(t1, count).copy()
     check_spans(t0, t1, method, options)
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
-    table = stack_runs(model.tables, inputs, count)
+    table = stack_runs(model.tables, inputs, count, options.step if method.family == "fixed" else None)
     n = len(model.state_names)
     rtol, atol = options.tolerances(n)
     if x0 is None:

@@ -12,7 +12,7 @@ from runner.compiled import compiled
 from runner.compiling import working_time
 from runner.events.kinds import EventLog, names_of, watch_for
 from runner.events.search import WATCH
-from runner.inputs.instants import ROUNDING, between, side_of
+from runner.inputs.instants import ROUNDING, after, between
 from runner.memory import address, record
 from runner.options import Options
 from runner.problem import Problem, Statistics, Status, Trajectory
@@ -116,7 +116,7 @@ class Run:
     def _make_consistent(self) -> bool:
         """Correct the algebraic states where a segment begins; False where that fails after the start."""
         s = self.control
-        side = side_of.py_func(s["t"], self.stops[s["segment"]] - s["t"], 0.0)
+        side = after.py_func(s["t"], self.stops[s["segment"]] - s["t"])
         threshold = self.arrays["work"][THRESHOLD]
         equations = AlgebraicEquations(self.problem, float(s["t"]), float(side), threshold)
         try:

@@ -7,7 +7,7 @@ in a low derivative of it, makes what it knew of the past worthless.
 import numpy as np
 
 from runner.compiled import compiled
-from runner.inputs.instants import side_of
+from runner.inputs.instants import after
 from runner.memory import INLINE, LEAN, floats, layout
 from runner.problem import Status
 from runner.stiff.events import watch_segment
@@ -32,7 +32,7 @@ def begin_segment(space, s, v, points, watch):
     s.segment_end = floats(points.stops, points.n_stops)[s.segment]
     s.reaches_end = False
     s.length, s.t_new = 0.0, s.t
-    set_inputs(space, s.t, side_of(s.t, s.segment_end - s.t, 0.0))
+    set_inputs(space, s.t, after(s.t, s.segment_end - s.t))
     if watch_segment(space, s, v, points, watch):
         return TERMINATED
     evaluate_f(space, s, s.t, X, F)
