@@ -162,6 +162,15 @@ def test_a_run_without_an_end_goes_on_to_its_event(method, sign):
     assert np.isfinite(s.values).all()
 
 
+def test_a_run_without_an_end_lands_on_breakpoints():
+    """It stands still until a push of 1 N s, far too short to be met by chance, sets it going."""
+    push = qddot.pulse_train(times=[1000.0], duration=1e-3, impulse=1.0)
+    s = qddot.solve(
+        still, (0.0, np.inf), [0.0, 0.0], method="dop853", rtol=1e-9, inputs=[push], events=[_crossing(0, 5.0)]
+    )
+    assert s.t[-1] == pytest.approx(1005.0005, abs=1e-6)
+
+
 @njit(cache=True)
 def still(t, x, u, c, dx):
     dx[0], dx[1] = x[1], u[0]
