@@ -12,7 +12,6 @@ from pathlib import Path
 
 from ruff.__main__ import find_ruff_bin
 
-from codegen import elementary
 from codegen.equations.notation import describe
 from codegen.equations.tex import tex
 from codegen.lagrange import derive
@@ -88,8 +87,6 @@ def changes(systems: Mapping[str, System], folder: Path, *, whole: bool) -> list
     texts: dict[str, str] = {}
     for source, system in systems.items():
         texts |= artefacts(system, source)
-    if whole:
-        texts[elementary.FILE] = elementary.module()
     expected = {folder / name: text for name, text in formatted(texts).items()}
     present = {path: path.read_text("utf-8") for path in expected if path.is_file()}
     found = [Change(path, present.get(path), text) for path, text in expected.items() if present.get(path) != text]

@@ -22,14 +22,10 @@ _LARGEST_POWER = 2**31 - 1
 
 
 class Printer:
-    """Prints expressions; rank orders symbols (state first, parameters last) and so the terms that hold them.
+    """Prints expressions; rank orders symbols (state first, parameters last) and so the terms that hold them."""
 
-    functions: what stands before the name of a function: `math.`, or `lane_` for those of `elementary`.
-    """
-
-    def __init__(self, rank: Mapping[Any, int], functions: str = "math.") -> None:
+    def __init__(self, rank: Mapping[Any, int]) -> None:
         self._rank = rank
-        self._functions = functions
         self._printed: dict[Any, tuple[str, int]] = {}
 
     def __call__(self, expression: Any) -> str:
@@ -87,26 +83,26 @@ class Printer:
 
     def _power(self, base: Any, exponent: Any) -> tuple[str, int]:
         if base == se.E:
-            return f"{self._functions}exp({self._print(exponent)[0]})", _ATOM
+            return f"math.exp({self._print(exponent)[0]})", _ATOM
         if is_number(exponent) and float(exponent) < 0:
             return f"1.0 / {self._within(base**-exponent, _ATOM)}", _PRODUCT
         if exponent == se.Rational(1, 2):
             return f"math.sqrt({self._print(base)[0]})", _ATOM
-        if isinstance(exponent, se.Integer) and int(exponent) <= _LARGEST_PRODUCT:
-            return " * ".join([self._within(base, _ATOM)] * int(exponent)), _PRODUCT
         if isinstance(exponent, se.Rational) and 2 * exponent == 3:
             return f"{self._within(base, _ATOM)} * math.sqrt({self._print(base)[0]})", _PRODUCT
-        return self._general_power(base, exponent)
+        return (
+            self._whole_power(base, exponent) if isinstance(exponent, se.Integer) else self._real_power(base, exponent)
+        )
 
-    def _general_power(self, base: Any, exponent: Any) -> tuple[str, int]:
-        """As an operator; in lanes, which have no powers of their own, as a function."""
-        if isinstance(exponent, se.Integer):
-            if int(exponent) > _LARGEST_POWER:
-                raise ModelError(f"the exponent {_brief(exponent)} is too large: there are powers up to 2**31 - 1")
-            return f"{self._within(base, _ATOM)} ** {exponent}", _PRODUCT
-        if self._functions != "math.":
-            return f"{self._functions}pow({self._print(base)[0]}, {self._print(exponent)[0]})", _ATOM
-        return f"{self._within(base, _ATOM)} ** {self._within(exponent, _ATOM)}", _PRODUCT
+    def _whole_power(self, base: Any, exponent: Any) -> tuple[str, int]:
+        if int(exponent) > _LARGEST_POWER:
+            raise ModelError(f"the exponent {_brief(exponent)} is too large: there are powers up to 2**31 - 1")
+        within = self._within(base, _ATOM)
+        few = int(exponent) <= _LARGEST_PRODUCT
+        return " * ".join([within] * int(exponent)) if few else f"{within} ** {exponent}", _PRODUCT
+
+    def _real_power(self, base: Any, exponent: Any) -> tuple[str, int]:
+        return f"math.pow({self._print(base)[0]}, {self._print(exponent)[0]})", _ATOM
 
     def _function(self, expression: Any) -> tuple[str, int]:
         kind = type(expression).__name__
@@ -116,7 +112,7 @@ class Printer:
             return self._piecewise(expression.args), _ATOM
         texts = [self._print(part)[0] for part in expression.args]
         if kind in MATH_NAMES:
-            return f"{self._functions}{MATH_NAMES[kind]}({', '.join(texts)})", _ATOM
+            return f"math.{MATH_NAMES[kind]}({', '.join(texts)})", _ATOM
         return self._condition(kind, texts), _ATOM
 
     def _condition(self, kind: str, texts: list[str]) -> str:

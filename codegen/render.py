@@ -7,10 +7,9 @@ import sympy
 
 from codegen.environment import environment
 from codegen.kernel import Kernel, Slot
-from codegen.lanes import lane_kernel
 from codegen.lower import Program
 from codegen.printer import Printer
-from codegen.skeleton import HEADS, LANES, Function, function
+from codegen.skeleton import HEADS, Function, function
 
 
 def module(program: Program, source: str) -> str:
@@ -18,8 +17,6 @@ def module(program: Program, source: str) -> str:
     equations = program.equations
     functions = [_function(program, name, program.kernels[name]) for name in HEADS if name in program.kernels]
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
-    lanes = lane_kernel(program, rank(program, program.kernels["rhs"]))
-    in_lanes = "" if lanes is None else lanes.text
     return (
         environment("python")
         .get_template("kernels.py.jinja")
@@ -40,11 +37,8 @@ def module(program: Program, source: str) -> str:
             constants=[str(symbol) for symbol in program.constants],
             linear=program.linear,
             mass_matrix=equations.mass_matrix,
-            uses_math="math." in body + in_lanes,
-            uses_intrinsic="@intrinsic" in in_lanes,
+            uses_math="math." in body,
             functions=functions,
-            lanes=lanes,
-            n_lanes=LANES,
         )
     )
 

@@ -7,7 +7,6 @@ from functools import cache
 
 import symengine as se
 
-from codegen import elementary
 from codegen.convert import MATH_NAMES
 from codegen.environment import environment
 from codegen.printer import Printer
@@ -30,9 +29,6 @@ HEADS = {
     ),
 }
 
-#: Runs that a lane kernel advances: the doubles in a register of 512 bits.
-LANES = 8
-
 Paragraphs = tuple[tuple[str, ...], ...]
 
 
@@ -45,19 +41,6 @@ class Function:
     docstring: str
     clears: tuple[str, ...]
     paragraphs: Paragraphs
-
-
-@dataclass(frozen=True)
-class LaneKernel:
-    """Text of a lane kernel: the functions it calls, and paragraphs of finished lines for the body of its loop."""
-
-    functions: tuple[str, ...]
-    paragraphs: Paragraphs
-
-    @property
-    def text(self) -> str:
-        """All of it."""
-        return "\n".join((*self.functions, *(line for paragraph in self.paragraphs for line in paragraph)))
 
 
 def function(name: str, paragraphs: Iterable[tuple[str, ...]]) -> Function:
@@ -89,14 +72,11 @@ def reserved() -> frozenset[str]:
             parameter_sets={},
             system={"title": "", "name": ""},
             uses_math=False,
-            uses_intrinsic=False,
             functions=[function(name, ()) for name in HEADS],
-            lanes=LaneKernel((), (("pass",),)),
-            n_lanes=LANES,
         )
     )
     found = {name for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) for name in _names(node)}
-    return frozenset(found | set(_printed()) | set(elementary.names()))
+    return frozenset(found | set(_printed()))
 
 
 def _names(function: ast.FunctionDef) -> Iterator[str]:
@@ -111,8 +91,7 @@ def _printed() -> Iterator[str]:
     x = se.Symbol("x")
     calls = [getattr(se, name)(*([x, x + 1] if name == "atan2" else [x])) for name in MATH_NAMES]
     others = [se.pi, se.E, se.sqrt(x), x**x, x**-2, se.Piecewise((x, se.And(x > 0, x < 1)))]
-    for functions in ("math.", "lane_"):
-        printer = Printer({}, functions)
-        for expression in (*calls, *others):
-            nodes = ast.walk(ast.parse(printer(expression)))
-            yield from (node.id for node in nodes if isinstance(node, ast.Name) and node.id != "x")
+    printer = Printer({})
+    for expression in (*calls, *others):
+        nodes = ast.walk(ast.parse(printer(expression)))
+        yield from (node.id for node in nodes if isinstance(node, ast.Name) and node.id != "x")

@@ -12,9 +12,6 @@ from math import inf, isfinite
 from model.system import ModelError
 
 _INTEGERS = 2**63
-#: Functions written for all models, which assign as they like.
-_COMMON = "lane_"
-_KERNEL_OF_LANES = "lane_rhs"
 
 
 def check_module(text: str) -> None:
@@ -28,12 +25,8 @@ def check_module(text: str) -> None:
         if isinstance(node, ast.Constant) and not _is_sound(node.value):
             raise ModelError(f"{_line(text, node.lineno)}a number that no double or integer of 64 bits holds")
     for statement in tree.body:
-        if isinstance(statement, ast.FunctionDef) and _is_kernel(statement.name):
+        if isinstance(statement, ast.FunctionDef):
             _check_kernel(statement, tree.body, text)
-
-
-def _is_kernel(name: str) -> bool:
-    return name == _KERNEL_OF_LANES or not name.startswith(_COMMON)
 
 
 def _check_kernel(function: ast.FunctionDef, module: list[ast.stmt], text: str) -> None:
@@ -41,7 +34,7 @@ def _check_kernel(function: ast.FunctionDef, module: list[ast.stmt], text: str) 
     stored, read = _lines(function, ast.Store), _lines(function, ast.Load)
     own = Counter(argument.arg for argument in function.args.args) + Counter(name for name, _ in stored)
     first = {name: line for name, line in reversed(stored)}
-    used = set(_imported(module)) | set(_called(function))
+    used = set(_called(function))
     used |= {name for name, line in read if line <= first.get(name, -inf)}
     for name, times in own.items():
         if times > 1 or name in used:
@@ -60,8 +53,11 @@ def _lines(function: ast.FunctionDef, context: type[ast.expr_context]) -> list[t
 
 
 def _called(function: ast.FunctionDef) -> Iterator[str]:
-    calls = (node.func for node in ast.walk(function) if isinstance(node, ast.Call))
-    return (called.id for called in calls if isinstance(called, ast.Name))
+    """Functions that are called, and the modules whose functions are."""
+    nodes = (node for part in function.body for node in ast.walk(part))
+    calls = (node.func for node in nodes if isinstance(node, ast.Call))
+    homes = (called.value if isinstance(called, ast.Attribute) else called for called in calls)
+    return (home.id for home in homes if isinstance(home, ast.Name))
 
 
 def _imported(module: list[ast.stmt]) -> Iterator[str]:

@@ -146,23 +146,3 @@ def linear(constants, state_matrix, input_matrix):
     state_matrix[0, 1] = 1.0
     state_matrix[1, 0] = -2.0 * inverse_m_2 * (0.5 * k_2 + 0.5 * k_7)
     input_matrix[1, 0] = -g
-
-
-# How many runs lane_rhs advances at once: entry i of a run stands at i * LANES + lane.
-LANES = 8
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def lane_rhs(times, state, inputs, constants, derivative):
-    """State derivatives [qdot, qddot] of LANES runs."""
-    for lane in range(LANES):
-        q_2 = state[0 * LANES + lane]
-        qdot_2 = state[1 * LANES + lane]
-        constant_1 = constants[4 * LANES + lane]
-        g_times_m_2 = constants[5 * LANES + lane]
-        inverse_m_2 = constants[6 * LANES + lane]
-
-        qddot_2 = inverse_m_2 * (constant_1 * q_2 - g_times_m_2)
-
-        derivative[0 * LANES + lane] = qdot_2
-        derivative[1 * LANES + lane] = qddot_2

@@ -220,32 +220,3 @@ def linear(constants, state_matrix, input_matrix):
     state_matrix[3, 2] = tmp_3
     state_matrix[3, 3] = -tmp_3
     input_matrix[3, 0] = inverse_m_u * k_t
-
-
-# How many runs lane_rhs advances at once: entry i of a run stands at i * LANES + lane.
-LANES = 8
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def lane_rhs(times, state, inputs, constants, derivative):
-    """State derivatives [qdot, qddot] of LANES runs."""
-    for lane in range(LANES):
-        z_s = state[0 * LANES + lane]
-        z_u = state[1 * LANES + lane]
-        zdot_s = state[2 * LANES + lane]
-        zdot_u = state[3 * LANES + lane]
-        z_r = inputs[0 * LANES + lane]
-        k_s = constants[2 * LANES + lane]
-        k_t = constants[3 * LANES + lane]
-        c_s = constants[4 * LANES + lane]
-        inverse_m_s = constants[5 * LANES + lane]
-        inverse_m_u = constants[6 * LANES + lane]
-
-        delta_s = z_s - z_u
-        deltadot_s = zdot_s - zdot_u
-        tmp_1 = k_s * delta_s + c_s * deltadot_s
-
-        derivative[0 * LANES + lane] = zdot_s
-        derivative[1 * LANES + lane] = zdot_u
-        derivative[2 * LANES + lane] = -inverse_m_s * tmp_1
-        derivative[3 * LANES + lane] = inverse_m_u * (tmp_1 - k_t * (z_u - z_r))

@@ -11,8 +11,10 @@ Symbols: x = [q, qdot] is the state, u the inputs (and the input rates a model n
     outputs(t, x, u, c, y)          y (n_outputs,)
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
     linear(c, A, B)                 A (n_states, n_states)  B (n_states, n_inputs + 1): dx = A x + B [u, 1]
-    lane_rhs(t, x, u, c, dx)        rhs of LANES runs: entry i of run l stands at [i * LANES + l]; the arguments are
-                                    pointers and do not overlap; missing where rhs calls a function without vectors
+
+The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`explicit.stage`); as
+LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
+(`lanes.kernel`). Kernels therefore read and write their arguments item by item.
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
 """

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -21,7 +22,6 @@ from numba.core import dispatcher
 from numba.core.caching import FunctionCache, NullCache
 from numba.np import linalg
 
-import generated
 from runner.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
@@ -62,7 +62,6 @@ def cache_directory() -> Path | None:
             continue
         digest.update(source.relative_to(here).as_posix().encode())
         digest.update(source.read_bytes())
-    digest.update((Path(generated.__file__).parent / "_elementary.py").read_bytes())  # lanes call what stands there
     folder = code_folder(here / "__pycache__")
     return _tidy(folder) / f"qddot-{digest.hexdigest()[:16]}" if folder is not None else None
 
@@ -133,12 +132,27 @@ def keeping_module(file: Path) -> contextlib.AbstractContextManager[None]:
     return _keeping(folder, "" if folder in (beside, None) else str(folder))
 
 
-def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """`njit(signature, cache=True, **ARITHMETIC, **options)` with the cache in `cache_directory`."""
+def compiled(
+    signature: Any = None, calls: FunctionType | None = None, **options: Any
+) -> Callable[[Callable[..., Any]], Any]:
+    """`njit(signature, cache=True, **ARITHMETIC, **options)` with the cache in `cache_directory`.
+
+    calls: a function that is none of the runner's own and becomes part of this one; each has a folder of its own, since
+    numba would take what it compiled with another for the same.
+    """
 
     def decorate(function: Callable[..., Any]) -> Any:
         folder = cache_directory()
+        if folder is not None and calls is not None:
+            folder /= text_digest(calls)
         with _keeping(folder, str(folder or "")):
             return njit(signature, cache=True, **ARITHMETIC, **options)(function)
 
     return decorate
+
+
+def text_digest(function: FunctionType) -> str:
+    """The digest of what a function does, wherever it stands."""
+    code = function.__code__
+    parts = (code.co_code, code.co_consts, code.co_names, code.co_varnames)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

@@ -25,7 +25,7 @@ _MATRIX = types.Array(types.float64, 2, "C")
 intrinsic: Any = numba_intrinsic
 
 #: Options of numba for functions that allocate nothing and return no array: no reference counts.
-LEAN = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+LEAN: dict[str, Any] = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: The same for those that return an array made from an address.
 VIEW = LEAN | {"_nrt": True}
 #: For functions that are called from one place, are a line or two, or take functions: compiled with their caller.

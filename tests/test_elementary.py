@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit, types
 
-from generated import _elementary
 from runner import abi
 from runner.compiled import ARITHMETIC
 from runner.lanes.calls import doubles
+from runner.lanes.elementary import FORMS
 from runner.lanes.kernel import LaneCompiler
 from runner.memory import LEAN
 
@@ -44,7 +44,7 @@ class InLanes:
     """A function over arrays, eight at a time, compiled as kernels are; `assembly` is what came of it."""
 
     def __init__(self, name):
-        function = getattr(_elementary, f"lane_{name}")
+        function = FORMS[name]
         loop = (of_two if name in ("pow", "atan2") else of_one)(function)
         options = {**ARITHMETIC, "pipeline_class": LaneCompiler, **LEAN}
         kernel = njit(types.void(*[abi.POINTER] * 3), **options)(loop)

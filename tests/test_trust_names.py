@@ -47,7 +47,7 @@ def with_coordinate(name):
 
 
 def used(text):
-    """Names that the functions of a module read or set, calls of its own lane functions among them."""
+    """Names that the functions of a module read or set."""
     for node in ast.parse(text).body:
         if isinstance(node, ast.FunctionDef):
             yield from (argument.arg for argument in node.args.args)
@@ -60,11 +60,8 @@ def test_the_reserved_names_are_all_that_generated_functions_use(system):
     program = lower(derive(system))
     own = {str(symbol) for symbol in program.slots} | {str(p) for p in program.equations.parameters}
     own |= {str(symbol) for kernel in program.kernels.values() for symbol, _ in kernel.temporaries}
-    of_lanes = {name for name in used(text) if name.startswith("lane_")}
-    helpers = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name in of_lanes]
-    inside = set(used("\n".join(ast.unparse(node) for node in helpers)))  # locals of the lane functions
-    assert set(used(text)) - own - inside <= reserved()
-    assert {"lane", "range", "LANES", "math", "t", "state", "times", "lane_sin", "lane_pow"} <= reserved()
+    assert set(used(text)) - own <= reserved()
+    assert {"math", "t", "state", "inputs", "derivative", "matrix"} <= reserved()
 
 
 @pytest.mark.parametrize("name", sorted(reserved() - {"t"}))

@@ -26,7 +26,7 @@ DEFAULT_INTERVALS = 5000
 #: Row operations of a slice: some milliseconds.
 SLICE_WORK = 1e6
 #: Of the functions that Python calls; nothing in them allocates.
-_ENTRY = {"_nrt": False, "nogil": True}
+_ENTRY: dict[str, Any] = {"_nrt": False, "nogil": True}
 _TABLE = typeof(stack([], []))
 _RECORD = typeof(np.zeros(1, dtype=SPACE)[0])
 

@@ -4,12 +4,12 @@ from typing import Any
 
 from numba import types
 
-from generated._elementary import lane_cos, lane_sin
 from runner import abi
 from runner.compiled import compiled
 from runner.inputs.instants import INSET
 from runner.inputs.instants import SIDE as INSIDE
 from runner.lanes.calls import doubles
+from runner.lanes.elementary import cos, sin
 from runner.lanes.kernel import lane_loop
 from runner.lanes.pack import (
     AT,
@@ -58,8 +58,8 @@ def turn(control, channel, sine, cosine):
     for lane in range(LANES):
         since = control[AT * LANES + lane] - control[ZERO * LANES + lane]
         angle = channel[FREQUENCY * LANES + lane] * since
-        sine[lane] = lane_sin(angle)
-        cosine[lane] = lane_cos(angle)
+        sine[lane] = sin(angle)
+        cosine[lane] = cos(angle)
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))

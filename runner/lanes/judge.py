@@ -4,9 +4,9 @@ import math
 
 from numba import types
 
-from generated._elementary import lane_exp, lane_log
 from runner import abi
 from runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
+from runner.lanes.elementary import exp, log
 from runner.lanes.kernel import lane_loop
 from runner.lanes.pack import (
     ACTIVE,
@@ -78,12 +78,12 @@ def judge_steps(control, kind, order, beta, safety, least_factor, most):
     for lane in range(LANES):
         error, active = control[ERROR * LANES + lane], control[ACTIVE * LANES + lane] > 0.0
         good = active & (error <= 1.0)
-        power = lane_exp((0.75 * beta - 1.0 / order) * lane_log(error if error > 1e-30 else 1e-30))
+        power = exp((0.75 * beta - 1.0 / order) * log(error if error > 1e-30 else 1e-30))
         last = control[LAST_ERROR * LANES + lane]
         last = last if last > LEAST_LAST_ERROR else LEAST_LAST_ERROR
         failures = control[FAILURES * LANES + lane]
         greatest = 1.0 if failures > 0.0 else most
-        factor = safety * power * lane_exp(beta * lane_log(last))
+        factor = safety * power * exp(beta * log(last))
         factor = factor if factor < greatest else greatest
         factor = factor if (factor > least_factor) | (kind == MATLAB) else least_factor
         factor = 1.0 if (failures > 0.0) & (kind == MATLAB) else factor

@@ -6,20 +6,23 @@ it takes for slow on every processor that has them (measured: 4.6 ns a run of th
 and that a loop of eight turns is not to be written out as scalars.
 """
 
+import math
 from collections.abc import Callable
 from functools import cache
+from types import FunctionType, ModuleType
 from typing import Any
 
 from llvmlite import ir
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
-from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
 from runner import abi
 from runner.compiled import compiled
+from runner.lanes.elementary import FORMS, elementary
+from runner.lanes.row import row
 from runner.load import LoadError, Model
 from runner.memory import LEAN
 
@@ -77,29 +80,36 @@ class LaneCompiler(CompilerBase):
         return [pipeline]
 
 
-def lane_loop(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+def lane_loop(signature: Any, calls: FunctionType | None = None) -> Callable[[Callable[..., Any]], Any]:
     """`compiled` for a function whose loop runs over lanes; arrays are pointers, and none overlaps another."""
-    return compiled(signature, pipeline_class=LaneCompiler, **LEAN)
+    return compiled(signature, calls, pipeline_class=LaneCompiler, **LEAN)
 
 
 def lane_rhs(model: Model) -> Any | None:
-    """The compiled lane kernel of a model; None where it has none.
+    """The right-hand side of a model compiled for lanes (see `abi`); None where it calls a function without vectors.
 
-    Raises LoadError where it was generated for another number of lanes, or does not compile.
+    Raises LoadError where it does not compile.
     """
-    kernel = getattr(model.module, "lane_rhs", None)
-    if kernel is None:
-        return None
-    lanes = getattr(model.module, "LANES", None)
-    arguments = kernel.py_func.__code__.co_argcount if isinstance(kernel, Dispatcher) else None
-    if lanes != abi.LANES or arguments != len(abi.LANE_KERNEL.args):
-        raise LoadError(f"model {model.name}: lane_rhs is for {lanes} lanes, expected {abi.LANES}; generate it again")
     try:
-        return _compiled_kernel(kernel.py_func)
+        return _compiled_kernel(model.module.rhs.py_func)
     except NumbaError as error:
-        raise LoadError(f"model {model.name}: kernel 'lane_rhs' does not compile:\n{error}") from None
+        raise LoadError(f"model {model.name}: kernel 'rhs' does not compile for lanes:\n{error}") from None
 
 
 @cache
-def _compiled_kernel(function: Callable[..., Any]) -> Any:
-    return lane_loop(abi.LANE_KERNEL)(function)
+def _compiled_kernel(rhs: FunctionType) -> Any | None:
+    """The text of `rhs` once more: items of its arguments stand LANES apart, and `math` is that of lanes."""
+    if not set(rhs.__code__.co_names) & set(vars(math)) <= FORMS.keys():
+        return None
+    in_lanes = ModuleType("math", "What stands for `math` in lanes.")
+    vars(in_lanes).update(FORMS)
+    one = elementary(FunctionType(rhs.__code__, {**rhs.__globals__, "math": in_lanes}, rhs.__name__))
+    names = {**globals(), "one": one}
+    loop = FunctionType(_over_lanes.__code__, names, f"lane_{rhs.__name__}")
+    return lane_loop(abi.LANE_KERNEL, rhs)(loop)
+
+
+def _over_lanes(times, state, inputs, constants, derivative):
+    """State derivatives [qdot, qddot] of LANES runs; `one` is the right-hand side of one."""
+    for lane in range(abi.LANES):
+        one(times[lane], row(state, lane), row(inputs, lane), row(constants, lane), row(derivative, lane))  # noqa: F821

@@ -10,10 +10,10 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 
-from generated._elementary import lane_bits, lane_float
 from runner import abi
 from runner.compiled import compiled
 from runner.lanes.calls import INTEGERS, doubles, numbers
+from runner.lanes.elementary import bits_of, float_of
 from runner.lanes.kernel import lane_loop
 from runner.lanes.pack import (
     AT,
@@ -52,7 +52,7 @@ def find_even(control, inputs, channels, count):
             x = x if x < last else last
             x = float(int(x))
             start = begin + (x - 1.0) * inputs[row + LENGTH * LANES + lane]
-            inputs[row + PLACE * LANES + lane] = lane_float(PIECE * int(x + inputs[row + FIRST * LANES + lane]))
+            inputs[row + PLACE * LANES + lane] = float_of(PIECE * int(x + inputs[row + FIRST * LANES + lane]))
             inputs[row + SINCE * LANES + lane] = rate * control[AT * LANES + lane] + offset - start
 
 
@@ -67,7 +67,7 @@ def find_guided(control, inputs, channels, count, guide):
             x = (tau - begin) * inputs[row + PER_LENGTH * LANES + lane] + 1.0
             x = x if x > 0.0 else 0.0
             x = x if x < last else last
-            inputs[row + PLACE * LANES + lane] = lane_float(guide[int(x) + int(inputs[row + FIRST * LANES + lane])])
+            inputs[row + PLACE * LANES + lane] = float_of(guide[int(x) + int(inputs[row + FIRST * LANES + lane])])
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, abi.POINTER))
@@ -77,9 +77,9 @@ def go_on(control, inputs, channels, count, pieces):
         row = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
             tau = inputs[row + RATE * LANES + lane] * control[SIDE * LANES + lane] + inputs[row + OFFSET * LANES + lane]
-            place = lane_bits(inputs[row + PLACE * LANES + lane])
+            place = bits_of(inputs[row + PLACE * LANES + lane])
             further = (pieces[(place >> 3) + 8] <= tau) & (float(place) < inputs[row + LAST * LANES + lane])
-            inputs[row + PLACE * LANES + lane] = lane_float(place + (PIECE if further else 0))
+            inputs[row + PLACE * LANES + lane] = float_of(place + (PIECE if further else 0))
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, abi.POINTER))
@@ -89,7 +89,7 @@ def measure(control, inputs, channels, count, pieces):
         row = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
             tau = inputs[row + RATE * LANES + lane] * control[AT * LANES + lane] + inputs[row + OFFSET * LANES + lane]
-            place = lane_bits(inputs[row + PLACE * LANES + lane])
+            place = bits_of(inputs[row + PLACE * LANES + lane])
             inputs[row + SINCE * LANES + lane] = tau - pieces[place >> 3]
 
 
