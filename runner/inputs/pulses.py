@@ -89,7 +89,7 @@ def train(pulse: Pulse, starts: Vector) -> Signal:
     whose edges the spacing of floating-point numbers at its time does not tell apart.
     """
     farthest = starts[np.argmax(np.maximum(np.abs(starts), np.abs(starts + pulse.duration)))]
-    check_resolved("the shortest part of the pulse", float(farthest), float(np.diff(pulse.edges).min()))
+    check_resolved("times: the shortest part of the pulse", float(farthest), float(np.diff(pulse.edges).min()))
     joints = np.append(pulse.pieces[:, START], pulse.duration)
     knots, places = np.unique(_knots(starts, joints, pulse.duration), return_inverse=True)
     places = places.reshape(len(starts), len(joints))
