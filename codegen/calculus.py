@@ -1,9 +1,11 @@
 """Derivatives that see through named quantities: the chain rule instead of substitution, so that names survive."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import symengine as se
+
+Vector = tuple[Any, ...]
 
 #: What SymEngine makes of a division by zero.
 _NO_NUMBERS = frozenset(("ComplexInfinity", "Infinity", "NegativeInfinity", "NaN"))
@@ -77,3 +79,13 @@ def _is_finite(expression: Any) -> bool:
 def terms(expression: Any) -> tuple[Any, ...]:
     """The addends of a sum, opening products of a number or symbol with a sum as they stand."""
     return expression.args if isinstance(expression, se.Add) else (expression,)
+
+
+def by(gradient: Mapping[Any, Any], variables: Sequence[Any]) -> Vector:
+    """The entries of a gradient in the order of its variables, 0 where there is none."""
+    return tuple(gradient.get(variable, se.Integer(0)) for variable in variables)
+
+
+def dot(left: Sequence[Any], right: Sequence[Any]) -> Any:
+    """The sum of products."""
+    return se.Add(*(a * b for a, b in zip(left, right, strict=True)))

@@ -7,6 +7,17 @@ import symengine as se
 from codegen.kernel import Assignment, Kernel
 from codegen.rewrite import Names, factors, is_condition, rebuild, split_number
 
+#: Numbers and powers that have a word, by which a constant is named; what would become longer is numbered.
+_NUMBERS = {
+    **{se.Integer(1): "", se.Integer(2): "twice_", se.Integer(3): "three_times_", se.Integer(4): "four_times_"},
+    **{se.Rational(1, 2): "half_", se.Rational(1, 3): "third_", se.Rational(1, 4): "quarter_"},
+}
+_POWERS = {
+    **{se.Integer(1): "{}", se.Integer(2): "{}_squared", se.Integer(3): "{}_cubed"},
+    se.Rational(1, 2): "root_of_{}",
+}
+_LONGEST = 32
+
 
 def hoist(kernel: Kernel, parameters: frozenset[Any], names: Names) -> tuple[tuple[Assignment, ...], Kernel]:
     """Split a kernel into constants, (symbol, expression) in parameters and earlier constants, and what is left.
@@ -49,13 +60,13 @@ class _Hoisting:
 
     def named(self, expression: Any) -> Any:
         """The constant with this value; a sign stays outside."""
-        number, rest = split_number(expression)
-        if number == -1:
-            return -self.named(rest)
+        number, _ = split_number(expression)
+        if number < 0:
+            return -self.named(-expression)
         if not expression.args:
             return expression
         if expression not in self.known:
-            self.assign(self.names.fresh(_wish(expression)), expression)
+            self.assign(self.names.fresh(telling(expression) or "constant_"), expression)
         return self.known[expression]
 
     def stripped(self, expression: Any) -> Any:
@@ -77,20 +88,37 @@ class _Hoisting:
         return rebuild(expression, [self.stripped(part) for part in expression.args])
 
 
-def _wish(expression: Any) -> str:
-    """A telling name: inverse_m_1, k_1_over_m_1, m_1_times_g; numbered where that would be long."""
-    above = [part for part in factors(expression) if part.is_Symbol]
-    powers = [part.args for part in factors(expression) if isinstance(part, se.Pow)]
-    below = [base for base, exponent in powers if exponent == -1 and base.is_Symbol]
-    simple = split_number(expression)[0] == 1 and len(above) + len(below) == len(factors(expression)) <= 3
-    if isinstance(expression, se.Add) and len(expression.args) == 2:
-        parts = sorted((str(part), number) for number, part in map(split_number, expression.args) if part.is_Symbol)
-        if len(parts) == 2 and {abs(number) for _, number in parts} == {1} and max(n for _, n in parts) == 1:
-            (first, _), (second, number) = sorted(parts, key=lambda part: part[1] == -1)
-            return f"{first}_{'plus' if number == 1 else 'minus'}_{second}"
-    if not simple or isinstance(expression, se.Add):
-        return "constant_"
-    top, bottom = "_times_".join(sorted(map(str, above))), "_and_".join(sorted(map(str, below)))
-    if not top:
-        return f"inverse_{bottom}"
-    return f"{top}_over_{bottom}" if bottom else top
+def telling(expression: Any) -> str | None:
+    """A short name that says what an expression is: half_L_squared, g_times_m_2, inverse_m_1; None where there is none.
+
+    It is made of the symbols' own names and of words, so it is an identifier if these are.
+    """
+    name = _sum_name(expression) if isinstance(expression, se.Add) else _product_name(expression)
+    return name if name and len(name) <= _LONGEST else None
+
+
+def _sum_name(total: Any) -> str | None:
+    """m_1_plus_m_2 or l_10_minus_l_9, for sums of two."""
+    signed = [split_number(term) for term in total.args]
+    if len(signed) != 2 or not all(part.is_Symbol and abs(number) == 1 for number, part in signed):
+        return None
+    (first, left), (second, right) = sorted(((-number, str(part)) for number, part in signed))
+    return f"{left}_{'plus' if second == -1 else 'minus'}_{right}" if first == -1 else None
+
+
+def _product_name(product: Any) -> str | None:
+    number, _ = split_number(product)
+    words: dict[bool, list[str]] = {True: [], False: []}
+    for factor in factors(product):
+        base, exponent = factor.args if isinstance(factor, se.Pow) else (factor, se.Integer(1))
+        if not base.is_Symbol or abs(exponent) not in _POWERS:
+            return None
+        words[bool(exponent > 0)].append(_POWERS[abs(exponent)].format(base))
+    if number not in _NUMBERS:
+        return None
+    above, below = (sorted(words[up], key=lambda word: (word.lower(), word)) for up in (True, False))
+    top = _NUMBERS[number] + "_times_".join(above)
+    if not below:
+        return top
+    bottom = "_and_".join(below)
+    return f"{top.removesuffix('_')}_over_{bottom}" if top else f"inverse_{bottom}"

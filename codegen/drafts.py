@@ -51,9 +51,8 @@ class Drafts:
         return Draft((*self._moving, *self._solution), _vector("derivative", derivatives))
 
     def others(self) -> Mapping[str, Draft]:
-        """Every other kernel but `constants`: `linear` where the equations are, `jacobian` where they are not."""
-        linear = self._linear()
-        slopes = {"linear": linear} if linear else {"jacobian": self._jacobian()}
+        """Every other kernel but `constants`; `linear` too where the equations are, which goes on from `jacobian`."""
+        slopes = self._linear() or {"jacobian": self._jacobian()}
         return {"mass": self._mass(), "energy": self._energy(), "outputs": self._outputs(), **slopes}
 
     def positions(self) -> Draft:
@@ -125,8 +124,11 @@ class Drafts:
     def _values(self, values: Iterable[Any]) -> Draft:
         return Draft((*self._moving, *self._solution), _vector("values", values))
 
-    def _linear(self) -> Draft | None:
-        """A and [B, b] of dx = A x + B u + b; None where an entry is not constant during a run."""
+    def _linear(self) -> dict[str, Draft] | None:
+        """A and [B, b] of dx = A x + B u + b; None where an entry is not constant during a run.
+
+        A is the Jacobian; `linear` begins with it and adds [B, b].
+        """
         equations = self._equations
         if not self._fixed_mass:
             return None
@@ -150,8 +152,10 @@ class Drafts:
         if any(not value.free_symbols <= known for value in (*last.values(), *(e for _, e in rest_steps))):
             return None
         below = {(self._n + row, column): value for (row, column), value in (input_entries | last).items()}
-        state_matrix = _matrix("state_matrix", self._with_velocities(entries))
-        return Draft(temporaries, state_matrix + _matrix("input_matrix", below))
+        return {
+            "jacobian": Draft(temporaries, _matrix("matrix", self._with_velocities(entries))),
+            "linear": Draft(temporaries, _matrix("input_matrix", below)),
+        }
 
 
 def _sparse(values: Iterable[Any]) -> dict[int, Any]:

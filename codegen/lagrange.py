@@ -4,17 +4,16 @@ With L = T - Pi:  d/dt(dL/dqdot) - dL/dq + dPhi/dqdot = Q, so that M = d^2 L/dqd
 f = Q - dPhi/dqdot + dL/dq - (d^2 L/dqdot dq) qdot - d/dt of dL/dqdot at fixed q and qdot.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import symengine as se
 
-from codegen.calculus import Definitions
+from codegen.calculus import Definitions, Vector, by, dot
 from codegen.convert import convert, symbol
+from codegen.motion import Motion
 from model.system import ModelError, System
-
-Vector = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -85,10 +84,11 @@ def derive(system: System) -> Equations:
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
     _refuse_rates(system, definitions, kinetic, potential, rates)
 
-    motion = _Motion(definitions, q, v, {time: se.Integer(1), **dict(zip(inputs, rates, strict=True))})
-    momenta = _by(definitions.gradient(kinetic - potential, v), v)
-    mass, gyroscopic = motion.mass(momenta), motion.gyroscopic(momenta, kinetic)
-    dissipative = _by(definitions.gradient(dissipation, v), v)
+    motion = Motion(definitions, q, v, {time: se.Integer(1), **dict(zip(inputs, rates, strict=True))})
+    momenta = by(definitions.gradient(kinetic - potential, v), v)
+    mass = motion.mass(momenta)
+    rest = motion.unnatural(kinetic, potential, momenta, mass)
+    dissipative = by(definitions.gradient(dissipation, v), v)
     return Equations(
         system=system,
         definitions=definitions,
@@ -103,72 +103,15 @@ def derive(system: System) -> Equations:
         potential=potential,
         dissipation=dissipation,
         mass=mass,
-        gyroscopic=gyroscopic,
-        conservative=_by(definitions.gradient(potential, q), q),
+        gyroscopic=motion.gyroscopic(momenta, kinetic) if rest != 0 else motion.christoffel(mass),
+        conservative=by(definitions.gradient(potential, q), q),
         dissipative=dissipative,
         applied=applied,
-        dissipated_power=_dot(v, dissipative),
-        input_power=motion.input_power(kinetic, potential, momenta, mass, applied, system),
+        dissipated_power=dot(v, dissipative),
+        input_power=motion.input_power(kinetic, potential, rest, applied, system),
         outputs=tuple(convert(o.expression) for o in system.output_expressions),
         positions=_positions(system),
     )
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """Derivatives along the motion. clock: what moves by itself (t and the inputs) -> how fast."""
-
-    definitions: Definitions
-    q: Vector
-    v: Vector
-    clock: Mapping[Any, Any]
-
-    def mass(self, momenta: Vector) -> dict[tuple[int, int], Any]:
-        rows = [self.definitions.gradient(momentum, self.v) for momentum in momenta]
-        return {(k, j): rows[k][self.v[j]] for k in range(len(self.v)) for j in range(k + 1) if self.v[j] in rows[k]}
-
-    def gyroscopic(self, momenta: Vector, kinetic: Any) -> Vector:
-        """What is left of d/dt(dL/dqdot) - dT/dq beside M qddot."""
-        slopes = _by(self.definitions.gradient(kinetic, self.q), self.q)
-        return tuple(self._drift(p) - slope for p, slope in zip(momenta, slopes, strict=True))
-
-    def _drift(self, expression: Any) -> Any:
-        """d/dt at fixed velocities."""
-        speeds = dict(zip(self.q, self.v, strict=True)) | dict(self.clock)
-        gradient = self.definitions.gradient(expression, speeds)
-        return se.Add(*(gradient[s] * speed for s, speed in speeds.items() if s in gradient))
-
-    def _clockwork(self, expression: Any) -> Any:
-        """The explicit part of d/dt: at fixed coordinates and velocities."""
-        gradient = self.definitions.gradient(expression, self.clock)
-        return se.Add(*(gradient[s] * speed for s, speed in self.clock.items() if s in gradient))
-
-    def input_power(
-        self, kinetic: Any, potential: Any, momenta: Vector, mass: Mapping[Any, Any], applied: Vector, system: System
-    ) -> Any:
-        """Power of Q and of the explicit time dependence; with T not quadratic in qdot, what T + Pi differs by too.
-
-        With h = qdot . dL/dqdot - L, dh/dt = qdot . (Q - dPhi/dqdot) - dL/dt explicit (Goldstein, section 2.7), and
-        T + Pi - h = 2 T - qdot . dL/dqdot, which vanishes where L is natural.
-        """
-        power = se.Add(_dot(self.v, applied), self._clockwork(potential), -self._clockwork(kinetic))
-        rest = self._unnatural(kinetic, momenta, mass)
-        if rest == 0:
-            return power
-        accelerations = [symbol(coordinate.acceleration) for coordinate in system.coordinates]
-        slopes = _by(self.definitions.gradient(rest, self.v), self.v)
-        return se.Add(power, self._drift(rest), _dot(accelerations, slopes))
-
-    def _unnatural(self, kinetic: Any, momenta: Vector, mass: Mapping[Any, Any]) -> Any:
-        """Give 2 T - qdot . dL/dqdot, or 0 where T is a homogeneous quadratic form of qdot and Pi has none."""
-        at_rest = dict.fromkeys(self.v, se.Integer(0))
-        still = self.definitions.substitute((kinetic, *momenta), at_rest)
-        natural = (
-            still is not None
-            and all(part == 0 for part in still)
-            and not any(self.definitions.base_symbols(entry) & set(self.v) for entry in mass.values())
-        )
-        return se.Integer(0) if natural else 2 * kinetic - _dot(self.v, momenta)
 
 
 def _refuse_rates(system: System, definitions: Definitions, kinetic: Any, potential: Any, rates: Vector) -> None:
@@ -183,11 +126,3 @@ def _refuse_rates(system: System, definitions: Definitions, kinetic: Any, potent
 
 def _positions(system: System) -> dict[str, Any]:
     return {str(channel.symbol): convert(channel.position) for channel in system.inputs if channel.position is not None}
-
-
-def _by(gradient: Mapping[Any, Any], variables: Sequence[Any]) -> Vector:
-    return tuple(gradient.get(variable, se.Integer(0)) for variable in variables)
-
-
-def _dot(left: Sequence[Any], right: Sequence[Any]) -> Any:
-    return se.Add(*(a * b for a, b in zip(left, right, strict=True)))

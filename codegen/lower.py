@@ -9,9 +9,10 @@ from codegen.drafts import Draft, Drafts
 from codegen.kernel import Assignment, Kernel, Slot
 from codegen.lagrange import Equations
 from codegen.rewrite import Names
-from codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
+from codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
 from codegen.sharing import share
 from codegen.skeleton import reserved
+from codegen.zeros import without_zeros
 from model.check import declared
 from model.system import ModelError
 
@@ -46,8 +47,6 @@ def lower(equations: Equations) -> Program:
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
-    if "linear" in others:
-        others["jacobian"] = _state_matrix(others["linear"])
     program = _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments)
     if not equations.positions:
         return program
@@ -115,8 +114,11 @@ def optimize(kernel: Kernel, author: frozenset[Any], known: Mapping[Any, Any], n
     author: quantities that keep their names and places. known: expression -> the constant that has its value.
     """
     kernel = inline(prune(kernel), author)
-    kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect))
-    return prune(inline(share(kernel, names), author)).checked()
+    if (fewer := without_zeros(kernel)) is not kernel:
+        kernel = inline(prune(fewer), author)
+    kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect, front))
+    kernel = inline(share(kernel, names, known), author)
+    return prune(simplify(kernel, (folded(known),))).checked()
 
 
 def _laid_out(equations: Equations, kernels: dict[str, Kernel], assignments: tuple[Assignment, ...]) -> Program:
@@ -142,12 +144,6 @@ def _laid_out(equations: Equations, kernels: dict[str, Kernel], assignments: tup
     )
 
 
-def _state_matrix(linear: Kernel) -> Kernel:
-    """The Jacobian of a linear model, which is its state matrix."""
-    writes = [(Slot("matrix", slot.index), value) for slot, value in linear.writes if slot.argument == "state_matrix"]
-    return prune(linear.replace(linear.temporaries, writes)).checked()
-
-
 def _constants_kernel(equations: Equations, constants: tuple[Any, ...], assignments: tuple[Assignment, ...]) -> Kernel:
     writes = tuple((Slot("constants", (index,)), symbol) for index, symbol in enumerate(constants))
     return prune(Kernel(frozenset(equations.parameters), assignments, writes))
@@ -160,11 +156,6 @@ def _resized(kernels: dict[str, Kernel], equations: Equations, channels: tuple[A
     before = (*equations.inputs, *equations.rates)
     columns = {before.index(symbol): column for column, symbol in enumerate(channels)} | {len(before): len(channels)}
     linear = kernels["linear"]
-
-    def place(slot: Slot) -> Slot:
-        row, column = slot.index
-        return Slot(slot.argument, (row, columns[column])) if slot.argument == "input_matrix" else slot
-
-    moved = [(place(slot), value) for slot, value in linear.writes]
-    writes = sorted(moved, key=lambda write: (write[0].argument != "state_matrix", write[0].index))
+    moved = ((Slot(slot.argument, (slot.index[0], columns[slot.index[1]])), value) for slot, value in linear.writes)
+    writes = sorted(moved, key=lambda write: write[0].index)
     return {**kernels, "linear": linear.replace(linear.temporaries, writes)}

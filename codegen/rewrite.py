@@ -1,6 +1,8 @@
 """Walking and rebuilding SymEngine expressions."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from math import gcd, lcm
 from typing import Any
 
 import symengine as se
@@ -20,7 +22,10 @@ def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
     if not expression.args:
         return expression
     if expression not in memo:
-        memo[expression] = change(rebuild(expression, [rewrite(part, change, memo) for part in expression.args]))
+        before = expression.args
+        after = [rewrite(part, change, memo) for part in before]
+        same = all(old is new or old == new for old, new in zip(before, after, strict=True))
+        memo[expression] = change(expression if same else rebuild(expression, after))
     return memo[expression]
 
 
@@ -40,6 +45,17 @@ def is_number(expression: Any) -> bool:
 def is_condition(expression: Any) -> bool:
     """Whether it is true or false: no number, so never a temporary."""
     return isinstance(expression, Boolean)
+
+
+def is_signed_symbol(expression: Any) -> bool:
+    """Whether it is a symbol or number, or the opposite of one, which costs nothing to write out."""
+    parts = expression.args
+    return not parts or (isinstance(expression, se.Mul) and len(parts) == 2 and parts[0] == -1 and parts[1].is_Symbol)
+
+
+def opposite(total: Any) -> Any:
+    """A sum with all signs changed."""
+    return se.Add(*(-part for part in total.args))
 
 
 def is_square(expression: Any) -> bool:
@@ -64,6 +80,19 @@ def leading_number(term: Any) -> Any:
         return term
     first = term.args[0] if isinstance(term, se.Mul) else None
     return first if first is not None and is_number(first) else se.Integer(1)
+
+
+def content(numbers: Sequence[Any]) -> Any:
+    """The common divisor of numbers, negative where all of them are; 1 where one is no fraction."""
+    if all(isinstance(number, se.Integer) for number in numbers):
+        divisor, denominator = gcd(*map(int, numbers)), 1
+    elif all(isinstance(number, se.Integer | se.Rational) for number in numbers):
+        values = [Fraction(str(number)) for number in numbers]
+        divisor = gcd(*(value.numerator for value in values))
+        denominator = lcm(*(value.denominator for value in values))
+    else:
+        return se.Integer(1)
+    return se.Rational(-divisor if all(number < 0 for number in numbers) else divisor, denominator)
 
 
 def factors(term: Any) -> tuple[Any, ...]:

@@ -1,13 +1,26 @@
 """Rules that keep the values and save operations: some Kernel -> Kernel, some local, node -> node."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import symengine as se
 
+from codegen.identities import polynomial, total, without_squares
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import factors, is_number, is_square, operations, rewrite, without
+from codegen.rewrite import (
+    content,
+    factors,
+    is_number,
+    is_signed_symbol,
+    is_square,
+    leading_number,
+    operations,
+    rewrite,
+    split_number,
+    without,
+)
 
 Change = Callable[[Any], Any]
 
@@ -38,7 +51,7 @@ def inline(kernel: Kernel, keep: frozenset[Any]) -> Kernel:
 
     for symbol, expression in kernel.temporaries:
         value = settle(expression)
-        if symbol not in keep and (not value.args or (uses[symbol] == 1 and operations(value) <= _SHORT)):
+        if symbol not in keep and (is_signed_symbol(value) or (uses[symbol] == 1 and operations(value) <= _SHORT)):
             values[symbol] = value
         else:
             kept.append((symbol, value))
@@ -74,18 +87,14 @@ def flatten(node: Any) -> Any:
 
 def pythagoras(node: Any) -> Any:
     """Replace a*sin(x)**2 + a*cos(x)**2 by a."""
-    if not isinstance(node, se.Add):
+    if not isinstance(node, se.Add) or not any(map(_is_squared_sine, chain.from_iterable(map(factors, node.args)))):
         return node
-    terms = list(node.args)
-    squares = {term: part for term in terms for part in factors(term) if _is_squared_sine(part)}
-    for term, part in squares.items():
-        rest = without(term, part)
-        partner = rest * se.cos(part.args[0].args[0]) ** 2
-        if partner in terms:
-            terms.remove(term)
-            terms.remove(partner)
-            terms.append(rest)
-    return se.Add(*terms) if squares else node
+    return total(without_squares(polynomial(node)))
+
+
+def tidy(expression: Any) -> Any:
+    """An expression with sums within sums opened and sin^2 + cos^2 gone, everywhere in it."""
+    return rewrite(expression, lambda node: pythagoras(flatten(node)), {})
 
 
 def _is_squared_sine(part: Any) -> bool:
@@ -101,10 +110,48 @@ def collect(node: Any) -> Any:
     most = max(counts.values(), default=0)
     if most < 2:
         return node
-    factor = max((factor for factor, count in counts.items() if count == most), key=operations)
+    factor = min((factor for factor, count in counts.items() if count == most), key=lambda f: (-operations(f), str(f)))
     sharing = [without(term, factor) for term, parts in found if factor in parts]
     others = [term for term, parts in found if factor not in parts]
-    return se.Add(collect(se.Add(*others)), factor * collect(se.Add(*sharing)))
+    return se.Add(collect(se.Add(*others)), factor * front(collect(se.Add(*sharing))))
+
+
+def front(node: Any) -> Any:
+    """Take a common number out of a sum where that leaves fewer of them: 4*a - 2*b - 2*c -> 2*(2*a - b - c)."""
+    if not isinstance(node, se.Add):
+        return node
+    numbers = [leading_number(term) for term in node.args]
+    if any(number == 1 for number in numbers) and all(map(_is_whole, numbers)):
+        return node
+    common = content(numbers)
+    inside = [number / common for number in numbers]
+    saved = _multiplications(numbers) - _multiplications(inside) - 1
+    if common == 1 or (common != -1 and saved < (0 if _is_whole(common) else 1)):
+        return node
+    return common * se.Add(*(term / common for term in node.args))
+
+
+def _is_whole(number: Any) -> bool:
+    return isinstance(number, se.Integer)
+
+
+def _multiplications(numbers: Sequence[Any]) -> int:
+    return sum(abs(number) != 1 for number in numbers)
+
+
+def folded(known: Mapping[Any, Any]) -> Change:
+    """What replaces a number times a symbol, within a product, by the symbol that is known to have this value."""
+    numbers = {number for number, rest in map(split_number, known) if rest.is_Symbol and number != 1}
+
+    def change(node: Any) -> Any:
+        number = leading_number(node) if isinstance(node, se.Mul) else se.Integer(1)
+        for sign in (1, -1) if number in numbers or -number in numbers else ():
+            for part in node.args[1:]:
+                if symbol := known.get(sign * number * part):
+                    return se.Mul(sign * symbol, *(other for other in node.args[1:] if other != part))
+        return node
+
+    return change
 
 
 def _leaves(expression: Any) -> list[Any]:

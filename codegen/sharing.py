@@ -1,21 +1,36 @@
 """Common subexpressions: what occurs twice is computed once, parts of sums and products included."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import symengine as se
 
 from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import Names, is_condition, is_number, is_square, rebuild, split_number
+from codegen.rewrite import (
+    Names,
+    is_condition,
+    is_number,
+    is_signed_symbol,
+    is_square,
+    leading_number,
+    opposite,
+    rebuild,
+    split_number,
+)
 
 #: Parts of a sum (term -> number) or of a product (factor -> 1).
 Parts = dict[Any, Any]
 
 
-def share(kernel: Kernel, names: Names) -> Kernel:
-    """Give every repeated subexpression a temporary right before its first use."""
+def share(kernel: Kernel, names: Names, known: Mapping[Any, Any] | None = None) -> Kernel:
+    """Give every repeated subexpression a temporary right before its first use.
+
+    known: expression -> the symbol that has its value and is read where the expression is a part of a sum or product.
+    """
     sharing = _Sharing(names)
+    for expression, symbol in sorted((known or {}).items(), key=lambda item: -len(item[0].args)):
+        sharing.give(expression, symbol)
     for expression in kernel.expressions:
         sharing.survey(expression)
     sharing.match(se.Mul)
@@ -33,7 +48,8 @@ class _Sharing:
     """One pass over a kernel.
 
     parts: sums and products as what they are made of. common: what several of them share, by a symbol that stands for
-    it. uses: how often each node is referred to. symbols: the temporaries given so far.
+    it. uses: how often each node is referred to. symbols: the temporaries given so far by node, values: by what they
+    are assigned. given: products and sums that have a symbol beforehand.
     """
 
     def __init__(self, names: Names) -> None:
@@ -42,6 +58,8 @@ class _Sharing:
         self.common: dict[Any, tuple[type, Parts]] = {}
         self.uses: Counter[Any] = Counter()
         self.symbols: dict[Any, Any] = {}
+        self.values: dict[Any, Any] = {}
+        self.given: dict[Any, Any] = {}
         self._split: dict[Any, tuple[Any, Any]] = {}
 
     def split(self, term: Any) -> tuple[Any, Any]:
@@ -64,6 +82,14 @@ class _Sharing:
         for child in self.children(node):
             self.survey(child)
 
+    def give(self, expression: Any, symbol: Any) -> None:
+        """Let a sum or product be known by a symbol."""
+        self.values[expression] = symbol
+        number, node = self.split(expression)
+        if number == 1 and isinstance(node, se.Add | se.Mul):
+            self.survey(expression)
+            self.symbols[node] = self.given[node] = symbol
+
     def children(self, node: Any) -> Iterator[Any]:
         """What a node is made of; numbers in front stripped."""
         if node in self.common:
@@ -78,33 +104,47 @@ class _Sharing:
     def match(self, kind: type) -> None:
         """Name what two or more sums (or products) have in common; sums may have it with opposite signs."""
         nodes = [node for node in self.parts if isinstance(node, kind)]
-        holders: dict[Any, list[int]] = {}
+        holders: dict[Any, dict[int, None]] = {}
         for i, node in enumerate(nodes):
             for part in self.parts[node]:
-                holders.setdefault(part, []).append(i)
+                holders.setdefault(part, {})[i] = None
         for i, node in enumerate(nodes):
             meetings = Counter(j for part in self.parts[node] for j in holders.get(part, ()) if j > i)
             for j, count in sorted(meetings.items(), key=lambda item: (-item[1], item[0])):
                 if count > 1:
-                    self._join(kind, node, nodes[j])
+                    self._join(kind, nodes, holders, i, j)
 
-    def _join(self, kind: type, left: Any, right: Any) -> None:
+    def _join(self, kind: type, nodes: list[Any], holders: dict[Any, dict[int, None]], i: int, j: int) -> None:
+        """Give what two nodes share a symbol, in all nodes from these on that hold it."""
+        left, right = nodes[i], nodes[j]
         mine, theirs = self.parts[left], self.parts[right]
         same = [part for part in mine if part in theirs and theirs[part] == mine[part]]
         opposite = [part for part in mine if part in theirs and theirs[part] == -mine[part]]
-        sign, shared = (1, same) if len(same) >= len(opposite) or kind is se.Mul else (-1, opposite)
-        if len(shared) < 2:
+        shared = same if len(same) >= len(opposite) or kind is se.Mul else opposite
+        if len(shared) < 2 or right in self.given or (left in self.given and len(shared) < len(mine)):
             return
-        if len(shared) == len(mine) and left not in self.common:
-            symbol = left  # all of the left one: the node itself is what is shared
-            mood = 1
-        else:
-            symbol = se.Dummy()
-            mood = -1 if sum(float(mine[part]) < 0 for part in shared) * 2 > len(shared) else 1
-            self.common[symbol] = (kind, {part: mood * mine[part] for part in shared})
-            self.parts[left] = {part: n for part, n in mine.items() if part not in shared} | {symbol: se.Integer(mood)}
-        rest = {part: n for part, n in theirs.items() if part not in shared}
-        self.parts[right] = rest | {symbol: se.Integer(sign * mood)}
+        whole = len(shared) == len(mine) and left not in self.common
+        symbol = self.given.get(left, left) if whole else se.Dummy()  # all of the left one is what is shared
+        mood = -1 if not whole and sum(float(mine[part]) < 0 for part in shared) * 2 > len(shared) else 1
+        found = {part: mood * mine[part] for part in shared}
+        if not whole:
+            self.common[symbol] = (kind, found)
+        for k in sorted(set.intersection(*(set(holders[part]) for part in shared))):
+            sign = self._sign(found, self.parts[nodes[k]]) if k >= i + whole and nodes[k] not in self.given else 0
+            if sign:
+                rest = {part: n for part, n in self.parts[nodes[k]].items() if part not in found}
+                self.parts[nodes[k]] = rest | {symbol: se.Integer(sign)}
+                holders.setdefault(symbol, {})[k] = None
+                for part in shared:
+                    del holders[part][k]
+
+    @staticmethod
+    def _sign(found: Parts, parts: Parts) -> int:
+        """1 where the parts hold all that was found, -1 where they hold its opposite, 0 where neither."""
+        for sign in (1, -1):
+            if all(parts[part] == sign * number for part, number in found.items()):
+                return sign
+        return 0
 
     def count(self, expressions: tuple[Any, ...]) -> None:
         """Count how often each node is referred to."""
@@ -125,14 +165,25 @@ class _Sharing:
         if not node.args and node not in self.common:
             return expression
         value = self._build(node, out)
+        if value in self.values:
+            return number * self.values[value]
         if wish is not None and number == 1:
-            self.symbols[node] = wish  # the temporary that is being assigned serves as the name
+            self._name(node, value, wish)  # the temporary that is being assigned serves as the name
             return value
-        if self.uses[node] < 2 or not value.args or is_condition(value):
-            return number * value
-        self.symbols[node] = self.names.fresh(_wish(value))
-        out.append((self.symbols[node], value))
-        return number * self.symbols[node]
+        sign = 1
+        if isinstance(value, se.Add) and all(leading_number(term) < 0 for term in value.args):
+            sign, value = -1, opposite(value)
+        if self.uses[node] > 1 and not is_signed_symbol(value) and not is_condition(value):
+            symbol = self.names.fresh(_wish(value))
+            out.append((symbol, value))
+            self._name(node, value, symbol)
+            self.symbols[node], value = sign * symbol, symbol
+        return sign * number * value
+
+    def _name(self, node: Any, value: Any, symbol: Any) -> None:
+        self.symbols[node] = self.values[value] = symbol
+        if isinstance(value, se.Add):
+            self.values[opposite(value)] = -symbol
 
     def _build(self, node: Any, out: list[Assignment]) -> Any:
         kind, parts = self.common.get(node) or (type(node), self.parts.get(node))

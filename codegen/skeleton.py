@@ -29,6 +29,9 @@ HEADS = {
     ),
 }
 
+#: How a kernel begins that goes on from another: A is the Jacobian, which reads nothing but constants where it is one.
+STARTS = {"linear": ("jacobian(0.0, constants, constants, constants, state_matrix)",)}
+
 Paragraphs = tuple[tuple[str, ...], ...]
 
 
@@ -46,12 +49,14 @@ class Function:
 def function(name: str, paragraphs: Iterable[tuple[str, ...]]) -> Function:
     """The generated function of this name with these lines; empty paragraphs are left out."""
     arguments, docstring = HEADS[name]
+    start = STARTS.get(name, ())
+    written = [argument for line in start for argument in arguments if argument in line]
     return Function(
         name=name,
         arguments=", ".join(arguments),
         docstring=docstring,
-        clears=tuple(argument for argument in arguments if "matrix" in argument),
-        paragraphs=tuple(paragraph for paragraph in paragraphs if paragraph) or (("pass",),),
+        clears=tuple(argument for argument in arguments if "matrix" in argument and argument not in written),
+        paragraphs=tuple(paragraph for paragraph in (start, *paragraphs) if paragraph) or (("pass",),),
     )
 
 

@@ -47,12 +47,10 @@ CONSTANT = (
     "c_theta",
     "g",
     "inverse_pivot_1",
-    "constant_1",
-    "constant_2",
-    "constant_3",
-    "constant_4",
-    "constant_5",
-    "constant_6",
+    "L_times_m_p",
+    "half_L_times_m_p",
+    "third_L_squared_times_m_p",
+    "half_g",
 )
 
 
@@ -68,12 +66,9 @@ def constants(parameters, constants):
 
     inverse_pivot_1 = 1.0 / (m_c + m_p)
     L_times_m_p = L * m_p
-    constant_1 = 0.5 * L_times_m_p
-    constant_2 = L * L
-    constant_3 = 0.5 * L
-    constant_4 = 0.5 * constant_2
-    constant_5 = 0.5 * g * L
-    constant_6 = 0.3333333333333333 * m_p * constant_2
+    half_L_times_m_p = 0.5 * L_times_m_p
+    third_L_squared_times_m_p = 0.3333333333333333 * L * L * m_p
+    half_g = 0.5 * g
 
     constants[0] = m_c
     constants[1] = m_p
@@ -82,12 +77,10 @@ def constants(parameters, constants):
     constants[4] = c_theta
     constants[5] = g
     constants[6] = inverse_pivot_1
-    constants[7] = constant_1
-    constants[8] = constant_2
-    constants[9] = constant_3
-    constants[10] = constant_4
-    constants[11] = constant_5
-    constants[12] = constant_6
+    constants[7] = L_times_m_p
+    constants[8] = half_L_times_m_p
+    constants[9] = third_L_squared_times_m_p
+    constants[10] = half_g
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -97,39 +90,21 @@ def rhs(t, state, inputs, constants, derivative):
     xdot = state[2]
     thetadot = state[3]
     F = inputs[0]
-    m_p = constants[1]
-    L = constants[2]
     c_x = constants[3]
     c_theta = constants[4]
     inverse_pivot_1 = constants[6]
-    constant_1 = constants[7]
-    constant_3 = constants[9]
-    constant_4 = constants[10]
-    constant_5 = constants[11]
-    constant_6 = constants[12]
+    L_times_m_p = constants[7]
+    half_L_times_m_p = constants[8]
+    third_L_squared_times_m_p = constants[9]
+    half_g = constants[10]
 
-    cos_theta = math.cos(theta)
-    scaled_2_1 = constant_1 * cos_theta
+    scaled_2_1 = half_L_times_m_p * math.cos(theta)
     lower_2_1 = inverse_pivot_1 * scaled_2_1
-    sin_theta = math.sin(theta)
-    thetadot_squared = thetadot * thetadot
-    reduced_1 = constant_1 * thetadot_squared * sin_theta + F - c_x * xdot
-    tmp_2 = cos_theta * thetadot
-    tmp_3 = L * (xdot + constant_3 * tmp_2)
-    reduced_2 = (
-        m_p
-        * sin_theta
-        * (
-            constant_5
-            - (
-                0.5 * thetadot * (constant_4 * tmp_2 - tmp_3)
-                - 0.5 * (constant_4 * thetadot_squared * cos_theta - tmp_3 * thetadot)
-            )
-        )
-        - c_theta * thetadot
-        - reduced_1 * lower_2_1
+    tmp_2 = L_times_m_p * math.sin(theta)
+    reduced_1 = 0.5 * tmp_2 * thetadot * thetadot + F - c_x * xdot
+    thetaddot = (half_g * tmp_2 - c_theta * thetadot - reduced_1 * lower_2_1) / (
+        third_L_squared_times_m_p - lower_2_1 * scaled_2_1
     )
-    thetaddot = reduced_2 / (constant_6 - lower_2_1 * scaled_2_1)
 
     derivative[0] = xdot
     derivative[1] = thetadot
@@ -146,62 +121,38 @@ def jacobian(t, state, inputs, constants, matrix):
     xdot = state[2]
     thetadot = state[3]
     F = inputs[0]
-    m_p = constants[1]
-    L = constants[2]
     c_x = constants[3]
     c_theta = constants[4]
     g = constants[5]
     inverse_pivot_1 = constants[6]
-    constant_2 = constants[8]
+    L_times_m_p = constants[7]
+    half_L_times_m_p = constants[8]
+    third_L_squared_times_m_p = constants[9]
+    half_g = constants[10]
 
     cos_theta = math.cos(theta)
-    tmp_1 = L * m_p
-    scaled_2_1 = 0.5 * tmp_1 * cos_theta
+    scaled_2_1 = half_L_times_m_p * cos_theta
     lower_2_1 = inverse_pivot_1 * scaled_2_1
-    inverse_pivot_2 = 1.0 / (0.3333333333333333 * constant_2 * m_p - lower_2_1 * scaled_2_1)
-    sin_theta = math.sin(theta)
+    inverse_pivot_2 = 1.0 / (third_L_squared_times_m_p - lower_2_1 * scaled_2_1)
     thetadot_squared = thetadot * thetadot
-    reduced_1 = 0.5 * thetadot_squared * sin_theta * tmp_1 + F - c_x * xdot
-    tmp_2 = cos_theta * thetadot
-    tmp_3 = L * (xdot + 0.5 * L * tmp_2)
-    tmp_4 = constant_2 * cos_theta
-    tmp_5 = m_p * sin_theta
-    reduced_2 = (
-        tmp_5
-        * (
-            0.5 * g * L
-            - (
-                0.5 * thetadot * (0.5 * tmp_4 * thetadot - tmp_3)
-                - 0.5 * (0.5 * tmp_4 * thetadot_squared - tmp_3 * thetadot)
-            )
-        )
-        - c_theta * thetadot
-        - reduced_1 * lower_2_1
-    )
-    thetaddot = reduced_2 * inverse_pivot_2
-    reduced_1_2 = L * m_p * (0.5 * thetadot_squared * cos_theta + 0.5 * thetaddot * sin_theta)
-    tmp_6 = constant_2 * cos_theta * cos_theta
+    sin_theta = math.sin(theta)
+    tmp_1 = L_times_m_p * sin_theta
+    reduced_1 = 0.5 * tmp_1 * thetadot_squared + F - c_x * xdot
+    thetaddot = inverse_pivot_2 * (half_g * tmp_1 - c_theta * thetadot - reduced_1 * lower_2_1)
+    reduced_1_2 = half_L_times_m_p * (thetadot_squared * cos_theta + thetaddot * sin_theta)
     reduced_2_2 = (
-        m_p
-        * (
-            L * (0.5 * g * cos_theta + 0.5 * sin_theta * (inverse_pivot_1 * reduced_1 - thetaddot * lower_2_1))
-            - (
-                0.5 * thetadot * (0.5 * tmp_6 * thetadot - tmp_3 * cos_theta)
-                - 0.5 * (0.5 * tmp_6 * thetadot_squared - tmp_3 * tmp_2)
-            )
-        )
+        half_L_times_m_p * (g * cos_theta + sin_theta * (inverse_pivot_1 * reduced_1 - thetaddot * lower_2_1))
         - reduced_1_2 * lower_2_1
     )
     solved_2 = reduced_2_2 * inverse_pivot_2
-    reduced_1_3 = -c_x
-    solved_2_2 = -reduced_1_3 * inverse_pivot_2 * lower_2_1
-    reduced_1_4 = L * tmp_5 * thetadot
-    solved_2_3 = inverse_pivot_2 * (-reduced_1_4 * lower_2_1 - c_theta)
+    solved_2_2 = c_x * inverse_pivot_2 * lower_2_1
+    reduced_1_4 = tmp_1 * thetadot
+    solved_2_3 = -inverse_pivot_2 * (reduced_1_4 * lower_2_1 + c_theta)
 
     matrix[0, 2] = 1.0
     matrix[1, 3] = 1.0
     matrix[2, 1] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
-    matrix[2, 2] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1
+    matrix[2, 2] = -(solved_2_2 * lower_2_1 + inverse_pivot_1 * c_x)
     matrix[2, 3] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
     matrix[3, 1] = solved_2
     matrix[3, 2] = solved_2_2
@@ -216,15 +167,15 @@ def mass(t, state, inputs, constants, matrix):
     theta = state[1]
     m_c = constants[0]
     m_p = constants[1]
-    L = constants[2]
-    constant_6 = constants[12]
+    L_times_m_p = constants[7]
+    third_L_squared_times_m_p = constants[9]
 
-    tmp_1 = L * m_p * math.cos(theta)
+    tmp_1 = L_times_m_p * math.cos(theta)
 
     matrix[0, 0] = m_c + m_p
     matrix[0, 1] = 0.5 * tmp_1
     matrix[1, 0] = 0.5 * tmp_1
-    matrix[1, 1] = constant_6
+    matrix[1, 1] = third_L_squared_times_m_p
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -239,21 +190,21 @@ def energy(t, state, inputs, constants, values):
     L = constants[2]
     c_x = constants[3]
     c_theta = constants[4]
-    g = constants[5]
-    constant_2 = constants[8]
+    L_times_m_p = constants[7]
+    half_g = constants[10]
 
-    sin_theta = math.sin(theta)
     thetadot_squared = thetadot * thetadot
-    tmp_1 = constant_2 * thetadot_squared
-    tmp_2 = L * math.cos(theta)
-    tmp_3 = xdot + 0.5 * tmp_2 * thetadot
+    tmp_1 = L * L * thetadot_squared
+    sin_theta = math.sin(theta)
+    cos_theta = math.cos(theta)
+    tmp_2 = xdot + 0.5 * L * cos_theta * thetadot
     xdot_squared = xdot * xdot
 
     values[0] = (
-        m_p * (0.5 * (0.25 * tmp_1 * sin_theta * sin_theta + tmp_3 * tmp_3) + 0.041666666666666664 * tmp_1)
+        m_p * (0.041666666666666664 * tmp_1 + 0.5 * (0.25 * sin_theta * sin_theta * tmp_1 + tmp_2 * tmp_2))
         + 0.5 * m_c * xdot_squared
     )
-    values[1] = 0.5 * g * m_p * tmp_2
+    values[1] = half_g * L_times_m_p * cos_theta
     values[2] = c_theta * thetadot_squared + c_x * xdot_squared
     values[3] = F * xdot
 

@@ -105,25 +105,25 @@ def rhs(t, state, inputs, constants, derivative):
     c = constants[2]
     inverse_m = constants[3]
 
-    tmp_1 = qdot_2 - qdot_1
-    tmp_2 = q_2 - q_1
-    qddot_1 = inverse_m * (-k * (q_1 - tmp_2 - w) - c * (qdot_1 - tmp_1 - wdot))
-    tmp_3 = qdot_3 - qdot_2
-    tmp_4 = q_3 - q_2
-    tmp_5 = qdot_4 - qdot_3
-    tmp_6 = q_4 - q_3
-    tmp_7 = qdot_5 - qdot_4
-    tmp_8 = q_5 - q_4
-    tmp_9 = qdot_6 - qdot_5
-    tmp_10 = q_6 - q_5
-    tmp_11 = qdot_7 - qdot_6
-    tmp_12 = q_7 - q_6
-    tmp_13 = qdot_8 - qdot_7
-    tmp_14 = q_8 - q_7
-    tmp_15 = qdot_9 - qdot_8
-    tmp_16 = q_9 - q_8
-    tmp_17 = qdot_10 - qdot_9
-    tmp_18 = q_10 - q_9
+    tmp_1 = q_2 - q_1
+    tmp_2 = qdot_2 - qdot_1
+    qddot_1 = -inverse_m * (k * (q_1 - tmp_1 - w) + c * (qdot_1 - tmp_2 - wdot))
+    tmp_3 = q_3 - q_2
+    tmp_4 = qdot_3 - qdot_2
+    tmp_5 = q_4 - q_3
+    tmp_6 = qdot_4 - qdot_3
+    tmp_7 = q_5 - q_4
+    tmp_8 = qdot_5 - qdot_4
+    tmp_9 = q_6 - q_5
+    tmp_10 = qdot_6 - qdot_5
+    tmp_11 = q_7 - q_6
+    tmp_12 = qdot_7 - qdot_6
+    tmp_13 = q_8 - q_7
+    tmp_14 = qdot_8 - qdot_7
+    tmp_15 = q_9 - q_8
+    tmp_16 = qdot_9 - qdot_8
+    tmp_17 = q_10 - q_9
+    tmp_18 = qdot_10 - qdot_9
 
     derivative[0] = qdot_1
     derivative[1] = qdot_2
@@ -136,15 +136,15 @@ def rhs(t, state, inputs, constants, derivative):
     derivative[8] = qdot_9
     derivative[9] = qdot_10
     derivative[10] = qddot_1
-    derivative[11] = inverse_m * (-c * (tmp_1 - tmp_3) - k * (tmp_2 - tmp_4))
-    derivative[12] = inverse_m * (-c * (tmp_3 - tmp_5) - k * (tmp_4 - tmp_6))
-    derivative[13] = inverse_m * (-c * (tmp_5 - tmp_7) - k * (tmp_6 - tmp_8))
-    derivative[14] = inverse_m * (-c * (tmp_7 - tmp_9) - k * (tmp_8 - tmp_10))
-    derivative[15] = inverse_m * (-c * (tmp_9 - tmp_11) - k * (tmp_10 - tmp_12))
-    derivative[16] = inverse_m * (-c * (tmp_11 - tmp_13) - k * (tmp_12 - tmp_14))
-    derivative[17] = inverse_m * (-c * (tmp_13 - tmp_15) - k * (tmp_14 - tmp_16))
-    derivative[18] = inverse_m * (-c * (tmp_15 - tmp_17) - k * (tmp_16 - tmp_18))
-    derivative[19] = inverse_m * (-c * tmp_17 - k * tmp_18)
+    derivative[11] = -inverse_m * (k * (tmp_1 - tmp_3) + c * (tmp_2 - tmp_4))
+    derivative[12] = -inverse_m * (k * (tmp_3 - tmp_5) + c * (tmp_4 - tmp_6))
+    derivative[13] = -inverse_m * (k * (tmp_5 - tmp_7) + c * (tmp_6 - tmp_8))
+    derivative[14] = -inverse_m * (k * (tmp_7 - tmp_9) + c * (tmp_8 - tmp_10))
+    derivative[15] = -inverse_m * (k * (tmp_9 - tmp_11) + c * (tmp_10 - tmp_12))
+    derivative[16] = -inverse_m * (k * (tmp_11 - tmp_13) + c * (tmp_12 - tmp_14))
+    derivative[17] = -inverse_m * (k * (tmp_13 - tmp_15) + c * (tmp_14 - tmp_16))
+    derivative[18] = -inverse_m * (k * (tmp_15 - tmp_17) + c * (tmp_16 - tmp_18))
+    derivative[19] = -inverse_m * (k * tmp_17 + c * tmp_18)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -278,12 +278,12 @@ def energy(t, state, inputs, constants, values):
     tmp_1 = q_9 - q_8
     tmp_2 = q_7 - q_6
     tmp_3 = q_5 - q_4
-    tmp_4 = q_4 - q_3
-    tmp_5 = q_2 - q_1
-    tmp_6 = q_10 - q_9
-    tmp_7 = q_3 - q_2
-    tmp_8 = q_8 - q_7
-    tmp_9 = q_6 - q_5
+    tmp_4 = q_3 - q_2
+    tmp_5 = q_8 - q_7
+    tmp_6 = q_6 - q_5
+    tmp_7 = q_4 - q_3
+    tmp_8 = q_2 - q_1
+    tmp_9 = q_10 - q_9
     tmp_10 = q_1 - w
     tmp_11 = qdot_10 - qdot_9
     tmp_12 = qdot_8 - qdot_7
@@ -295,29 +295,37 @@ def energy(t, state, inputs, constants, values):
     tmp_18 = qdot_3 - qdot_2
     tmp_19 = qdot_5 - qdot_4
 
-    values[0] = m * (
-        0.5 * qdot_1 * qdot_1
-        + 0.5 * qdot_2 * qdot_2
-        + 0.5 * qdot_3 * qdot_3
-        + 0.5 * qdot_4 * qdot_4
-        + 0.5 * qdot_5 * qdot_5
-        + 0.5 * qdot_6 * qdot_6
-        + 0.5 * qdot_7 * qdot_7
-        + 0.5 * qdot_8 * qdot_8
-        + 0.5 * qdot_9 * qdot_9
-        + 0.5 * qdot_10 * qdot_10
+    values[0] = (
+        0.5
+        * m
+        * (
+            qdot_1 * qdot_1
+            + qdot_2 * qdot_2
+            + qdot_3 * qdot_3
+            + qdot_4 * qdot_4
+            + qdot_5 * qdot_5
+            + qdot_6 * qdot_6
+            + qdot_7 * qdot_7
+            + qdot_8 * qdot_8
+            + qdot_9 * qdot_9
+            + qdot_10 * qdot_10
+        )
     )
-    values[1] = k * (
-        0.5 * tmp_1 * tmp_1
-        + 0.5 * tmp_2 * tmp_2
-        + 0.5 * tmp_3 * tmp_3
-        + 0.5 * tmp_4 * tmp_4
-        + 0.5 * tmp_5 * tmp_5
-        + 0.5 * tmp_6 * tmp_6
-        + 0.5 * tmp_7 * tmp_7
-        + 0.5 * tmp_8 * tmp_8
-        + 0.5 * tmp_9 * tmp_9
-        + 0.5 * tmp_10 * tmp_10
+    values[1] = (
+        0.5
+        * k
+        * (
+            tmp_1 * tmp_1
+            + tmp_2 * tmp_2
+            + tmp_3 * tmp_3
+            + tmp_4 * tmp_4
+            + tmp_5 * tmp_5
+            + tmp_6 * tmp_6
+            + tmp_7 * tmp_7
+            + tmp_8 * tmp_8
+            + tmp_9 * tmp_9
+            + tmp_10 * tmp_10
+        )
     )
     values[2] = c * (
         qdot_1 * (qdot_1 - tmp_14 - wdot)
@@ -350,81 +358,13 @@ def outputs(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
-    state_matrix[:, :] = 0.0
     input_matrix[:, :] = 0.0
+
+    jacobian(0.0, constants, constants, constants, state_matrix)
 
     k = constants[1]
     c = constants[2]
     inverse_m = constants[3]
 
-    tmp_1 = inverse_m * k
-    tmp_2 = inverse_m * c
-
-    state_matrix[0, 10] = 1.0
-    state_matrix[1, 11] = 1.0
-    state_matrix[2, 12] = 1.0
-    state_matrix[3, 13] = 1.0
-    state_matrix[4, 14] = 1.0
-    state_matrix[5, 15] = 1.0
-    state_matrix[6, 16] = 1.0
-    state_matrix[7, 17] = 1.0
-    state_matrix[8, 18] = 1.0
-    state_matrix[9, 19] = 1.0
-    state_matrix[10, 0] = -2.0 * tmp_1
-    state_matrix[10, 1] = tmp_1
-    state_matrix[10, 10] = -2.0 * tmp_2
-    state_matrix[10, 11] = tmp_2
-    state_matrix[11, 0] = tmp_1
-    state_matrix[11, 1] = -2.0 * tmp_1
-    state_matrix[11, 2] = tmp_1
-    state_matrix[11, 10] = tmp_2
-    state_matrix[11, 11] = -2.0 * tmp_2
-    state_matrix[11, 12] = tmp_2
-    state_matrix[12, 1] = tmp_1
-    state_matrix[12, 2] = -2.0 * tmp_1
-    state_matrix[12, 3] = tmp_1
-    state_matrix[12, 11] = tmp_2
-    state_matrix[12, 12] = -2.0 * tmp_2
-    state_matrix[12, 13] = tmp_2
-    state_matrix[13, 2] = tmp_1
-    state_matrix[13, 3] = -2.0 * tmp_1
-    state_matrix[13, 4] = tmp_1
-    state_matrix[13, 12] = tmp_2
-    state_matrix[13, 13] = -2.0 * tmp_2
-    state_matrix[13, 14] = tmp_2
-    state_matrix[14, 3] = tmp_1
-    state_matrix[14, 4] = -2.0 * tmp_1
-    state_matrix[14, 5] = tmp_1
-    state_matrix[14, 13] = tmp_2
-    state_matrix[14, 14] = -2.0 * tmp_2
-    state_matrix[14, 15] = tmp_2
-    state_matrix[15, 4] = tmp_1
-    state_matrix[15, 5] = -2.0 * tmp_1
-    state_matrix[15, 6] = tmp_1
-    state_matrix[15, 14] = tmp_2
-    state_matrix[15, 15] = -2.0 * tmp_2
-    state_matrix[15, 16] = tmp_2
-    state_matrix[16, 5] = tmp_1
-    state_matrix[16, 6] = -2.0 * tmp_1
-    state_matrix[16, 7] = tmp_1
-    state_matrix[16, 15] = tmp_2
-    state_matrix[16, 16] = -2.0 * tmp_2
-    state_matrix[16, 17] = tmp_2
-    state_matrix[17, 6] = tmp_1
-    state_matrix[17, 7] = -2.0 * tmp_1
-    state_matrix[17, 8] = tmp_1
-    state_matrix[17, 16] = tmp_2
-    state_matrix[17, 17] = -2.0 * tmp_2
-    state_matrix[17, 18] = tmp_2
-    state_matrix[18, 7] = tmp_1
-    state_matrix[18, 8] = -2.0 * tmp_1
-    state_matrix[18, 9] = tmp_1
-    state_matrix[18, 17] = tmp_2
-    state_matrix[18, 18] = -2.0 * tmp_2
-    state_matrix[18, 19] = tmp_2
-    state_matrix[19, 8] = tmp_1
-    state_matrix[19, 9] = -tmp_1
-    state_matrix[19, 18] = tmp_2
-    state_matrix[19, 19] = -tmp_2
-    input_matrix[10, 0] = tmp_1
-    input_matrix[10, 1] = tmp_2
+    input_matrix[10, 0] = inverse_m * k
+    input_matrix[10, 1] = inverse_m * c

@@ -51,11 +51,12 @@ CONSTANT = (
     "c_1",
     "c_2",
     "g",
+    "m_1_plus_m_2",
     "inverse_pivot_1",
     "l_2_times_m_2",
     "l_1_times_l_2_times_m_2",
-    "constant_1",
-    "constant_2",
+    "g_times_m_1_plus_m_2",
+    "l_2_squared_times_m_2",
 )
 
 
@@ -70,11 +71,12 @@ def constants(parameters, constants):
     c_2 = parameters[5]
     g = parameters[6]
 
-    inverse_pivot_1 = 0.5 / (l_1 * l_1) / (0.5 * m_1 + 0.5 * m_2)
+    m_1_plus_m_2 = m_1 + m_2
+    inverse_pivot_1 = 1.0 / (l_1 * l_1) / m_1_plus_m_2
     l_2_times_m_2 = l_2 * m_2
     l_1_times_l_2_times_m_2 = l_1 * l_2_times_m_2
-    constant_1 = g * (m_1 + m_2)
-    constant_2 = l_2 * l_2 * m_2
+    g_times_m_1_plus_m_2 = g * m_1_plus_m_2
+    l_2_squared_times_m_2 = l_2 * l_2 * m_2
 
     constants[0] = m_1
     constants[1] = m_2
@@ -83,11 +85,12 @@ def constants(parameters, constants):
     constants[4] = c_1
     constants[5] = c_2
     constants[6] = g
-    constants[7] = inverse_pivot_1
-    constants[8] = l_2_times_m_2
-    constants[9] = l_1_times_l_2_times_m_2
-    constants[10] = constant_1
-    constants[11] = constant_2
+    constants[7] = m_1_plus_m_2
+    constants[8] = inverse_pivot_1
+    constants[9] = l_2_times_m_2
+    constants[10] = l_1_times_l_2_times_m_2
+    constants[11] = g_times_m_1_plus_m_2
+    constants[12] = l_2_squared_times_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -101,28 +104,28 @@ def rhs(t, state, inputs, constants, derivative):
     c_1 = constants[4]
     c_2 = constants[5]
     g = constants[6]
-    inverse_pivot_1 = constants[7]
-    l_2_times_m_2 = constants[8]
-    l_1_times_l_2_times_m_2 = constants[9]
-    constant_1 = constants[10]
-    constant_2 = constants[11]
+    inverse_pivot_1 = constants[8]
+    l_2_times_m_2 = constants[9]
+    l_1_times_l_2_times_m_2 = constants[10]
+    g_times_m_1_plus_m_2 = constants[11]
+    l_2_squared_times_m_2 = constants[12]
 
-    tmp_1 = theta_2 - theta_1
-    scaled_2_1 = l_1_times_l_2_times_m_2 * math.cos(tmp_1)
+    tmp_2 = theta_2 - theta_1
+    scaled_2_1 = l_1_times_l_2_times_m_2 * math.cos(tmp_2)
     lower_2_1 = inverse_pivot_1 * scaled_2_1
-    sin_tmp_1 = math.sin(tmp_1)
-    tmp_3 = c_2 * (thetadot_2 - thetadot_1)
+    sin_tmp_2 = math.sin(tmp_2)
+    tmp_4 = c_2 * (thetadot_2 - thetadot_1)
     reduced_1 = (
-        l_1 * (l_2_times_m_2 * sin_tmp_1 * thetadot_2 * thetadot_2 - constant_1 * math.sin(theta_1))
-        + tmp_3
+        l_1 * (l_2_times_m_2 * sin_tmp_2 * thetadot_2 * thetadot_2 - g_times_m_1_plus_m_2 * math.sin(theta_1))
+        + tmp_4
         - c_1 * thetadot_1
     )
-    reduced_2 = (
-        l_2_times_m_2 * (-g * math.sin(theta_2) - l_1 * sin_tmp_1 * thetadot_1 * thetadot_1)
-        - reduced_1 * lower_2_1
-        - tmp_3
+    reduced_2 = -(
+        l_2_times_m_2 * (g * math.sin(theta_2) + l_1 * sin_tmp_2 * thetadot_1 * thetadot_1)
+        + reduced_1 * lower_2_1
+        + tmp_4
     )
-    thetaddot_2 = reduced_2 / (constant_2 - lower_2_1 * scaled_2_1)
+    thetaddot_2 = reduced_2 / (l_2_squared_times_m_2 - lower_2_1 * scaled_2_1)
 
     derivative[0] = thetadot_1
     derivative[1] = thetadot_2
@@ -139,45 +142,46 @@ def jacobian(t, state, inputs, constants, matrix):
     theta_2 = state[1]
     thetadot_1 = state[2]
     thetadot_2 = state[3]
-    m_1 = constants[0]
-    m_2 = constants[1]
     l_1 = constants[2]
-    l_2 = constants[3]
     c_1 = constants[4]
     c_2 = constants[5]
     g = constants[6]
-    inverse_pivot_1 = constants[7]
-    constant_2 = constants[11]
+    inverse_pivot_1 = constants[8]
+    l_2_times_m_2 = constants[9]
+    l_1_times_l_2_times_m_2 = constants[10]
+    g_times_m_1_plus_m_2 = constants[11]
+    l_2_squared_times_m_2 = constants[12]
 
     tmp_1 = theta_2 - theta_1
     cos_tmp_1 = math.cos(tmp_1)
-    tmp_2 = l_2 * l_1 * m_2
-    scaled_2_1 = tmp_2 * cos_tmp_1
+    scaled_2_1 = l_1_times_l_2_times_m_2 * cos_tmp_1
     lower_2_1 = inverse_pivot_1 * scaled_2_1
-    inverse_pivot_2 = 1.0 / (constant_2 - lower_2_1 * scaled_2_1)
-    thetadot_2_squared = thetadot_2 * thetadot_2
+    inverse_pivot_2 = 1.0 / (l_2_squared_times_m_2 - lower_2_1 * scaled_2_1)
     sin_tmp_1 = math.sin(tmp_1)
-    tmp_3 = l_2 * m_2 * sin_tmp_1
-    tmp_4 = g * (m_1 + m_2)
-    tmp_5 = c_2 * (thetadot_2 - thetadot_1)
-    reduced_1 = l_1 * (tmp_3 * thetadot_2_squared - tmp_4 * math.sin(theta_1)) + tmp_5 - c_1 * thetadot_1
+    thetadot_2_squared = thetadot_2 * thetadot_2
+    tmp_2 = c_2 * (thetadot_2 - thetadot_1)
+    reduced_1 = (
+        l_1 * (l_2_times_m_2 * thetadot_2_squared * sin_tmp_1 - g_times_m_1_plus_m_2 * math.sin(theta_1))
+        + tmp_2
+        - c_1 * thetadot_1
+    )
     thetadot_1_squared = thetadot_1 * thetadot_1
-    tmp_6 = l_1 * sin_tmp_1
-    tmp_7 = l_2 * m_2
-    reduced_2 = tmp_7 * (-g * math.sin(theta_2) - tmp_6 * thetadot_1_squared) - reduced_1 * lower_2_1 - tmp_5
+    reduced_2 = -(
+        l_2_times_m_2 * (g * math.sin(theta_2) + l_1 * thetadot_1_squared * sin_tmp_1) + reduced_1 * lower_2_1 + tmp_2
+    )
     thetaddot_2 = reduced_2 * inverse_pivot_2
-    tmp_8 = -thetadot_2_squared * cos_tmp_1 - thetaddot_2 * sin_tmp_1
-    reduced_1_2 = l_1 * (tmp_8 * tmp_7 - tmp_4 * math.cos(theta_1))
-    tmp_9 = thetadot_1_squared * cos_tmp_1 - sin_tmp_1 * (inverse_pivot_1 * reduced_1 - thetaddot_2 * lower_2_1)
-    solved_2 = inverse_pivot_2 * (tmp_9 * tmp_2 - reduced_1_2 * lower_2_1)
-    tmp_10 = l_2 * m_2
-    reduced_1_3 = -l_1 * tmp_10 * tmp_8
-    reduced_2_3 = l_2 * m_2 * (-g * math.cos(theta_2) - l_1 * tmp_9) - reduced_1_3 * lower_2_1
+    tmp_3 = thetadot_2_squared * cos_tmp_1 + thetaddot_2 * sin_tmp_1
+    reduced_1_2 = -l_1 * (g_times_m_1_plus_m_2 * math.cos(theta_1) + l_2_times_m_2 * tmp_3)
+    tmp_4 = thetadot_1_squared * cos_tmp_1 - sin_tmp_1 * (inverse_pivot_1 * reduced_1 - thetaddot_2 * lower_2_1)
+    solved_2 = inverse_pivot_2 * (l_1_times_l_2_times_m_2 * tmp_4 - reduced_1_2 * lower_2_1)
+    reduced_1_3 = l_1_times_l_2_times_m_2 * tmp_3
+    reduced_2_3 = -l_2_times_m_2 * (g * math.cos(theta_2) + l_1 * tmp_4) - reduced_1_3 * lower_2_1
     solved_2_2 = reduced_2_3 * inverse_pivot_2
     reduced_1_4 = -(c_1 + c_2)
-    solved_2_3 = inverse_pivot_2 * (c_2 - 2.0 * l_1 * tmp_3 * thetadot_1 - reduced_1_4 * lower_2_1)
-    reduced_1_5 = 2.0 * tmp_10 * tmp_6 * thetadot_2 + c_2
-    solved_2_4 = inverse_pivot_2 * (-reduced_1_5 * lower_2_1 - c_2)
+    tmp_5 = l_1_times_l_2_times_m_2 * sin_tmp_1
+    solved_2_3 = inverse_pivot_2 * (c_2 - 2.0 * tmp_5 * thetadot_1 - reduced_1_4 * lower_2_1)
+    reduced_1_5 = 2.0 * tmp_5 * thetadot_2 + c_2
+    solved_2_4 = -inverse_pivot_2 * (reduced_1_5 * lower_2_1 + c_2)
 
     matrix[0, 2] = 1.0
     matrix[1, 3] = 1.0
@@ -198,18 +202,17 @@ def mass(t, state, inputs, constants, matrix):
 
     theta_1 = state[0]
     theta_2 = state[1]
-    m_1 = constants[0]
-    m_2 = constants[1]
     l_1 = constants[2]
-    l_2 = constants[3]
-    constant_2 = constants[11]
+    m_1_plus_m_2 = constants[7]
+    l_1_times_l_2_times_m_2 = constants[10]
+    l_2_squared_times_m_2 = constants[12]
 
-    tmp_1 = l_2 * l_1 * m_2 * math.cos(theta_2 - theta_1)
+    tmp_1 = l_1_times_l_2_times_m_2 * math.cos(theta_2 - theta_1)
 
-    matrix[0, 0] = 2.0 * l_1 * l_1 * (0.5 * m_1 + 0.5 * m_2)
+    matrix[0, 0] = m_1_plus_m_2 * l_1 * l_1
     matrix[0, 1] = tmp_1
     matrix[1, 0] = tmp_1
-    matrix[1, 1] = constant_2
+    matrix[1, 1] = l_2_squared_times_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -226,14 +229,20 @@ def energy(t, state, inputs, constants, values):
     c_1 = constants[4]
     c_2 = constants[5]
     g = constants[6]
+    m_1_plus_m_2 = constants[7]
 
     tmp_1 = l_1 * math.cos(theta_1)
     tmp_2 = c_2 * (thetadot_2 - thetadot_1)
 
-    values[0] = m_2 * (
-        l_2 * l_1 * thetadot_2 * thetadot_1 * math.cos(theta_2 - theta_1) + 0.5 * l_2 * l_2 * thetadot_2 * thetadot_2
-    ) + l_1 * l_1 * thetadot_1 * thetadot_1 * (0.5 * m_1 + 0.5 * m_2)
-    values[1] = g * (m_2 * (-l_2 * math.cos(theta_2) - tmp_1) - m_1 * tmp_1)
+    values[0] = (
+        m_2
+        * (
+            l_2 * l_1 * thetadot_2 * thetadot_1 * math.cos(theta_2 - theta_1)
+            + 0.5 * l_2 * l_2 * thetadot_2 * thetadot_2
+        )
+        + 0.5 * m_1_plus_m_2 * l_1 * l_1 * thetadot_1 * thetadot_1
+    )
+    values[1] = -g * (m_2 * (l_2 * math.cos(theta_2) + tmp_1) + m_1 * tmp_1)
     values[2] = thetadot_1 * (c_1 * thetadot_1 - tmp_2) + tmp_2 * thetadot_2
     values[3] = 0.0
 
@@ -247,4 +256,4 @@ def outputs(t, state, inputs, constants, values):
     l_2 = constants[3]
 
     values[0] = l_1 * math.sin(theta_1) + l_2 * math.sin(theta_2)
-    values[1] = -l_1 * math.cos(theta_1) - l_2 * math.cos(theta_2)
+    values[1] = -(l_1 * math.cos(theta_1) + l_2 * math.cos(theta_2))

@@ -154,21 +154,17 @@ def rhs(t, state, inputs, constants, derivative):
     deltadot_f = zdot_b + a_f * thetadot - zdot_f
     delta_r = z_b - a_r * theta - z_r
     deltadot_r = zdot_b - a_r * thetadot - zdot_r
-    tmp_1 = k_f * delta_f
-    tmp_2 = c_f * deltadot_f
-    tmp_3 = tmp_1 + tmp_2
-    tmp_4 = k_r * delta_r
-    tmp_5 = c_r * deltadot_r
-    tmp_6 = tmp_4 + tmp_5
+    tmp_1 = k_f * delta_f + c_f * deltadot_f
+    tmp_2 = k_r * delta_r + c_r * deltadot_r
 
     derivative[0] = zdot_b
     derivative[1] = thetadot
     derivative[2] = zdot_f
     derivative[3] = zdot_r
-    derivative[4] = inverse_m_b * (-tmp_3 - tmp_6)
-    derivative[5] = inverse_I_b * (a_r * tmp_6 - a_f * tmp_3)
-    derivative[6] = inverse_m_f * (tmp_1 + tmp_2 - k_tf * (z_f - w_f))
-    derivative[7] = inverse_m_r * (tmp_4 + tmp_5 - k_tr * (z_r - w_r))
+    derivative[4] = -inverse_m_b * (tmp_1 + tmp_2)
+    derivative[5] = inverse_I_b * (a_r * tmp_2 - a_f * tmp_1)
+    derivative[6] = inverse_m_f * (tmp_1 - k_tf * (z_f - w_f))
+    derivative[7] = inverse_m_r * (tmp_2 - k_tr * (z_r - w_r))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -189,12 +185,12 @@ def jacobian(t, state, inputs, constants, matrix):
     inverse_m_f = constants[14]
     inverse_m_r = constants[15]
 
-    tmp_1 = a_r * k_r
-    tmp_2 = a_f * k_f
-    tmp_3 = tmp_1 - tmp_2
-    tmp_4 = a_r * c_r
-    tmp_5 = a_f * c_f
-    tmp_6 = tmp_4 - tmp_5
+    tmp_1 = a_f * k_f
+    tmp_2 = a_r * k_r
+    tmp_3 = tmp_2 - tmp_1
+    tmp_4 = a_f * c_f
+    tmp_5 = a_r * c_r
+    tmp_6 = tmp_5 - tmp_4
     a_f_squared = a_f * a_f
     a_r_squared = a_r * a_r
     tmp_7 = inverse_m_f * c_f
@@ -204,33 +200,33 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[1, 5] = 1.0
     matrix[2, 6] = 1.0
     matrix[3, 7] = 1.0
-    matrix[4, 0] = inverse_m_b * (-k_f - k_r)
+    matrix[4, 0] = -inverse_m_b * (k_f + k_r)
     matrix[4, 1] = inverse_m_b * tmp_3
     matrix[4, 2] = inverse_m_b * k_f
     matrix[4, 3] = inverse_m_b * k_r
-    matrix[4, 4] = inverse_m_b * (-c_f - c_r)
+    matrix[4, 4] = -inverse_m_b * (c_f + c_r)
     matrix[4, 5] = inverse_m_b * tmp_6
     matrix[4, 6] = inverse_m_b * c_f
     matrix[4, 7] = inverse_m_b * c_r
     matrix[5, 0] = inverse_I_b * tmp_3
-    matrix[5, 1] = inverse_I_b * (-k_f * a_f_squared - k_r * a_r_squared)
-    matrix[5, 2] = inverse_I_b * tmp_2
-    matrix[5, 3] = -inverse_I_b * tmp_1
+    matrix[5, 1] = -inverse_I_b * (k_f * a_f_squared + k_r * a_r_squared)
+    matrix[5, 2] = inverse_I_b * tmp_1
+    matrix[5, 3] = -inverse_I_b * tmp_2
     matrix[5, 4] = inverse_I_b * tmp_6
-    matrix[5, 5] = inverse_I_b * (-c_f * a_f_squared - c_r * a_r_squared)
-    matrix[5, 6] = inverse_I_b * tmp_5
-    matrix[5, 7] = -inverse_I_b * tmp_4
+    matrix[5, 5] = -inverse_I_b * (c_f * a_f_squared + c_r * a_r_squared)
+    matrix[5, 6] = inverse_I_b * tmp_4
+    matrix[5, 7] = -inverse_I_b * tmp_5
     matrix[6, 0] = inverse_m_f * k_f
-    matrix[6, 1] = inverse_m_f * tmp_2
-    matrix[6, 2] = inverse_m_f * (-k_f - k_tf)
+    matrix[6, 1] = inverse_m_f * tmp_1
+    matrix[6, 2] = -inverse_m_f * (k_f + k_tf)
     matrix[6, 4] = tmp_7
-    matrix[6, 5] = inverse_m_f * tmp_5
+    matrix[6, 5] = inverse_m_f * tmp_4
     matrix[6, 6] = -tmp_7
     matrix[7, 0] = inverse_m_r * k_r
-    matrix[7, 1] = -inverse_m_r * tmp_1
-    matrix[7, 3] = inverse_m_r * (-k_r - k_tr)
+    matrix[7, 1] = -inverse_m_r * tmp_2
+    matrix[7, 3] = -inverse_m_r * (k_r + k_tr)
     matrix[7, 4] = tmp_8
-    matrix[7, 5] = -inverse_m_r * tmp_4
+    matrix[7, 5] = -inverse_m_r * tmp_5
     matrix[7, 7] = -tmp_8
 
 
@@ -284,23 +280,15 @@ def energy(t, state, inputs, constants, values):
     deltadot_r = zdot_b - a_r * thetadot - zdot_r
     tmp_1 = z_f - w_f
     tmp_2 = z_r - w_r
-    tmp_3 = c_r * deltadot_r
-    tmp_4 = c_f * deltadot_f
+    tmp_3 = c_f * deltadot_f
+    tmp_4 = c_r * deltadot_r
 
-    values[0] = (
-        0.5 * m_b * zdot_b * zdot_b
-        + 0.5 * I_b * thetadot * thetadot
-        + 0.5 * m_f * zdot_f * zdot_f
-        + 0.5 * m_r * zdot_r * zdot_r
+    values[0] = 0.5 * (
+        m_b * zdot_b * zdot_b + I_b * thetadot * thetadot + m_f * zdot_f * zdot_f + m_r * zdot_r * zdot_r
     )
-    values[1] = (
-        0.5 * k_f * delta_f * delta_f
-        + 0.5 * k_r * delta_r * delta_r
-        + 0.5 * k_tf * tmp_1 * tmp_1
-        + 0.5 * k_tr * tmp_2 * tmp_2
-    )
-    values[2] = zdot_b * (tmp_3 + tmp_4) + thetadot * (a_f * tmp_4 - a_r * tmp_3) - tmp_4 * zdot_f - tmp_3 * zdot_r
-    values[3] = -k_tf * wdot_f * tmp_1 - k_tr * wdot_r * tmp_2
+    values[1] = 0.5 * (k_f * delta_f * delta_f + k_r * delta_r * delta_r + k_tf * tmp_1 * tmp_1 + k_tr * tmp_2 * tmp_2)
+    values[2] = zdot_b * (tmp_3 + tmp_4) + thetadot * (a_f * tmp_3 - a_r * tmp_4) - tmp_3 * zdot_f - tmp_4 * zdot_r
+    values[3] = -(k_tf * wdot_f * tmp_1 + k_tr * wdot_r * tmp_2)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -334,7 +322,7 @@ def outputs(t, state, inputs, constants, values):
     tmp_1 = k_f * delta_f + c_f * deltadot_f
     tmp_2 = k_r * delta_r + c_r * deltadot_r
 
-    values[0] = inverse_m_b * (-tmp_1 - tmp_2)
+    values[0] = -inverse_m_b * (tmp_1 + tmp_2)
     values[1] = inverse_I_b * (a_r * tmp_2 - a_f * tmp_1)
     values[2] = delta_f
     values[3] = delta_r
@@ -355,64 +343,14 @@ def positions(parameters, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
-    state_matrix[:, :] = 0.0
     input_matrix[:, :] = 0.0
 
-    k_f = constants[4]
-    k_r = constants[5]
-    c_f = constants[6]
-    c_r = constants[7]
+    jacobian(0.0, constants, constants, constants, state_matrix)
+
     k_tf = constants[8]
     k_tr = constants[9]
-    a_f = constants[10]
-    a_r = constants[11]
-    inverse_m_b = constants[12]
-    inverse_I_b = constants[13]
     inverse_m_f = constants[14]
     inverse_m_r = constants[15]
 
-    tmp_1 = a_r * k_r
-    tmp_2 = a_f * k_f
-    tmp_3 = tmp_1 - tmp_2
-    tmp_4 = a_r * c_r
-    tmp_5 = a_f * c_f
-    tmp_6 = tmp_4 - tmp_5
-    a_f_squared = a_f * a_f
-    a_r_squared = a_r * a_r
-    tmp_7 = inverse_m_f * c_f
-    tmp_8 = inverse_m_r * c_r
-
-    state_matrix[0, 4] = 1.0
-    state_matrix[1, 5] = 1.0
-    state_matrix[2, 6] = 1.0
-    state_matrix[3, 7] = 1.0
-    state_matrix[4, 0] = inverse_m_b * (-k_f - k_r)
-    state_matrix[4, 1] = inverse_m_b * tmp_3
-    state_matrix[4, 2] = inverse_m_b * k_f
-    state_matrix[4, 3] = inverse_m_b * k_r
-    state_matrix[4, 4] = inverse_m_b * (-c_f - c_r)
-    state_matrix[4, 5] = inverse_m_b * tmp_6
-    state_matrix[4, 6] = inverse_m_b * c_f
-    state_matrix[4, 7] = inverse_m_b * c_r
-    state_matrix[5, 0] = inverse_I_b * tmp_3
-    state_matrix[5, 1] = inverse_I_b * (-k_f * a_f_squared - k_r * a_r_squared)
-    state_matrix[5, 2] = inverse_I_b * tmp_2
-    state_matrix[5, 3] = -inverse_I_b * tmp_1
-    state_matrix[5, 4] = inverse_I_b * tmp_6
-    state_matrix[5, 5] = inverse_I_b * (-c_f * a_f_squared - c_r * a_r_squared)
-    state_matrix[5, 6] = inverse_I_b * tmp_5
-    state_matrix[5, 7] = -inverse_I_b * tmp_4
-    state_matrix[6, 0] = inverse_m_f * k_f
-    state_matrix[6, 1] = inverse_m_f * tmp_2
-    state_matrix[6, 2] = inverse_m_f * (-k_f - k_tf)
-    state_matrix[6, 4] = tmp_7
-    state_matrix[6, 5] = inverse_m_f * tmp_5
-    state_matrix[6, 6] = -tmp_7
-    state_matrix[7, 0] = inverse_m_r * k_r
-    state_matrix[7, 1] = -inverse_m_r * tmp_1
-    state_matrix[7, 3] = inverse_m_r * (-k_r - k_tr)
-    state_matrix[7, 4] = tmp_8
-    state_matrix[7, 5] = -inverse_m_r * tmp_4
-    state_matrix[7, 7] = -tmp_8
     input_matrix[6, 0] = inverse_m_f * k_tf
     input_matrix[7, 1] = inverse_m_r * k_tr

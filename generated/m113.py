@@ -369,24 +369,18 @@ def rhs(t, state, inputs, constants, derivative):
     d_4 = q_6 + a_4 * q_7 - q_4
     d_5 = q_6 + a_5 * q_7 - q_5
     ddot_5 = qdot_6 + a_5 * qdot_7 - qdot_5
-    tmp_1 = k_6 * d_1
-    tmp_2 = c_6 * ddot_1
-    tmp_3 = tmp_1 + tmp_2
-    qddot_1 = inverse_m_1 * (tmp_3 - k_1 * (q_1 - z_1) - g_times_m_1)
-    tmp_4 = k_7 * d_2
-    qddot_2 = inverse_m_2 * (tmp_4 - k_2 * (q_2 - z_2) - g_times_m_2)
-    tmp_5 = k_8 * d_3
-    qddot_3 = inverse_m_3 * (tmp_5 - k_3 * (q_3 - z_3) - g_times_m_3)
-    tmp_6 = k_9 * d_4
-    qddot_4 = inverse_m_4 * (tmp_6 - k_4 * (q_4 - z_4) - g_times_m_4)
-    tmp_7 = k_10 * d_5
-    tmp_8 = c_10 * ddot_5
-    tmp_9 = tmp_7 + tmp_8
-    qddot_5 = inverse_m_5 * (tmp_9 - k_5 * (q_5 - z_5) - g_times_m_5)
-    qddot_6 = inverse_m_6 * (-tmp_3 - tmp_4 - tmp_5 - tmp_6 - tmp_9 - g_times_m_6)
-    qddot_7 = inverse_I_6 * (
-        a_1 * (-tmp_1 - tmp_2) + a_5 * (-tmp_7 - tmp_8) - a_2 * tmp_4 - a_3 * tmp_5 - a_4 * tmp_6 - l_10_minus_l_9 * F
-    )
+    tmp_1 = k_6 * d_1 + c_6 * ddot_1
+    qddot_1 = inverse_m_1 * (tmp_1 - k_1 * (q_1 - z_1) - g_times_m_1)
+    tmp_2 = k_7 * d_2
+    qddot_2 = inverse_m_2 * (tmp_2 - k_2 * (q_2 - z_2) - g_times_m_2)
+    tmp_3 = k_8 * d_3
+    qddot_3 = inverse_m_3 * (tmp_3 - k_3 * (q_3 - z_3) - g_times_m_3)
+    tmp_4 = k_9 * d_4
+    qddot_4 = inverse_m_4 * (tmp_4 - k_4 * (q_4 - z_4) - g_times_m_4)
+    tmp_5 = k_10 * d_5 + c_10 * ddot_5
+    qddot_5 = inverse_m_5 * (tmp_5 - k_5 * (q_5 - z_5) - g_times_m_5)
+    qddot_6 = -inverse_m_6 * (tmp_1 + tmp_2 + tmp_3 + tmp_4 + tmp_5 + g_times_m_6)
+    qddot_7 = -inverse_I_6 * (a_1 * tmp_1 + a_2 * tmp_2 + a_3 * tmp_3 + a_4 * tmp_4 + a_5 * tmp_5 + l_10_minus_l_9 * F)
 
     derivative[0] = qdot_1
     derivative[1] = qdot_2
@@ -446,10 +440,10 @@ def jacobian(t, state, inputs, constants, matrix):
     tmp_10 = a_5 * k_10
     tmp_11 = a_3 * k_8
     tmp_12 = a_4 * k_9
-    tmp_13 = -tmp_8 - tmp_9 - tmp_10 - tmp_11 - tmp_12
+    tmp_13 = tmp_8 + tmp_9 + tmp_10 + tmp_11 + tmp_12
     tmp_14 = a_1 * c_6
     tmp_15 = a_5 * c_10
-    tmp_16 = -tmp_14 - tmp_15
+    tmp_16 = tmp_14 + tmp_15
     a_1_squared = a_1 * a_1
     a_5_squared = a_5 * a_5
 
@@ -460,22 +454,22 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[4, 11] = 1.0
     matrix[5, 12] = 1.0
     matrix[6, 13] = 1.0
-    matrix[7, 0] = inverse_m_1 * (-k_1 - k_6)
+    matrix[7, 0] = -inverse_m_1 * (k_1 + k_6)
     matrix[7, 5] = tmp_1
     matrix[7, 6] = a_1 * tmp_1
     matrix[7, 7] = -tmp_2
     matrix[7, 12] = tmp_2
     matrix[7, 13] = a_1 * tmp_2
-    matrix[8, 1] = inverse_m_2 * (-k_2 - k_7)
+    matrix[8, 1] = -inverse_m_2 * (k_2 + k_7)
     matrix[8, 5] = tmp_3
     matrix[8, 6] = a_2 * tmp_3
-    matrix[9, 2] = inverse_m_3 * (-k_3 - k_8)
+    matrix[9, 2] = -inverse_m_3 * (k_3 + k_8)
     matrix[9, 5] = tmp_4
     matrix[9, 6] = a_3 * tmp_4
-    matrix[10, 3] = inverse_m_4 * (-k_4 - k_9)
+    matrix[10, 3] = -inverse_m_4 * (k_4 + k_9)
     matrix[10, 5] = tmp_5
     matrix[10, 6] = a_4 * tmp_5
-    matrix[11, 4] = inverse_m_5 * (-k_5 - k_10)
+    matrix[11, 4] = -inverse_m_5 * (k_5 + k_10)
     matrix[11, 5] = tmp_6
     matrix[11, 6] = a_5 * tmp_6
     matrix[11, 11] = -tmp_7
@@ -486,25 +480,25 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[12, 2] = inverse_m_6 * k_8
     matrix[12, 3] = inverse_m_6 * k_9
     matrix[12, 4] = inverse_m_6 * k_10
-    matrix[12, 5] = inverse_m_6 * (-k_6 - k_7 - k_8 - k_9 - k_10)
-    matrix[12, 6] = inverse_m_6 * tmp_13
+    matrix[12, 5] = -inverse_m_6 * (k_6 + k_7 + k_8 + k_9 + k_10)
+    matrix[12, 6] = -inverse_m_6 * tmp_13
     matrix[12, 7] = inverse_m_6 * c_6
     matrix[12, 11] = inverse_m_6 * c_10
-    matrix[12, 12] = inverse_m_6 * (-c_6 - c_10)
-    matrix[12, 13] = inverse_m_6 * tmp_16
+    matrix[12, 12] = -inverse_m_6 * (c_6 + c_10)
+    matrix[12, 13] = -inverse_m_6 * tmp_16
     matrix[13, 0] = inverse_I_6 * tmp_8
     matrix[13, 1] = inverse_I_6 * tmp_9
     matrix[13, 2] = inverse_I_6 * tmp_11
     matrix[13, 3] = inverse_I_6 * tmp_12
     matrix[13, 4] = inverse_I_6 * tmp_10
-    matrix[13, 5] = inverse_I_6 * tmp_13
-    matrix[13, 6] = inverse_I_6 * (
-        -k_6 * a_1_squared - k_10 * a_5_squared - a_2 * a_2 * k_7 - a_3 * a_3 * k_8 - a_4 * a_4 * k_9
+    matrix[13, 5] = -inverse_I_6 * tmp_13
+    matrix[13, 6] = -inverse_I_6 * (
+        k_6 * a_1_squared + k_10 * a_5_squared + a_2 * a_2 * k_7 + a_3 * a_3 * k_8 + a_4 * a_4 * k_9
     )
     matrix[13, 7] = inverse_I_6 * tmp_14
     matrix[13, 11] = inverse_I_6 * tmp_15
-    matrix[13, 12] = inverse_I_6 * tmp_16
-    matrix[13, 13] = inverse_I_6 * (-c_6 * a_1_squared - c_10 * a_5_squared)
+    matrix[13, 12] = -inverse_I_6 * tmp_16
+    matrix[13, 13] = -inverse_I_6 * (c_6 * a_1_squared + c_10 * a_5_squared)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -596,41 +590,39 @@ def energy(t, state, inputs, constants, values):
     tmp_3 = q_3 - z_3
     tmp_4 = q_4 - z_4
     tmp_5 = q_5 - z_5
-    tmp_6 = c_6 * ddot_1
-    tmp_7 = c_10 * ddot_5
+    tmp_6 = c_10 * ddot_5
+    tmp_7 = c_6 * ddot_1
 
-    values[0] = (
-        0.5 * m_1 * qdot_1 * qdot_1
-        + 0.5 * m_2 * qdot_2 * qdot_2
-        + 0.5 * m_3 * qdot_3 * qdot_3
-        + 0.5 * m_4 * qdot_4 * qdot_4
-        + 0.5 * m_5 * qdot_5 * qdot_5
-        + 0.5 * m_6 * qdot_6 * qdot_6
-        + 0.5 * I_6 * qdot_7 * qdot_7
+    values[0] = 0.5 * (
+        m_1 * qdot_1 * qdot_1
+        + m_2 * qdot_2 * qdot_2
+        + m_3 * qdot_3 * qdot_3
+        + m_4 * qdot_4 * qdot_4
+        + m_5 * qdot_5 * qdot_5
+        + m_6 * qdot_6 * qdot_6
+        + I_6 * qdot_7 * qdot_7
     )
-    values[1] = (
-        0.5 * k_6 * d_1 * d_1
-        + 0.5 * k_7 * d_2 * d_2
-        + 0.5 * k_8 * d_3 * d_3
-        + 0.5 * k_9 * d_4 * d_4
-        + 0.5 * k_10 * d_5 * d_5
-        + 0.5 * k_1 * tmp_1 * tmp_1
-        + 0.5 * k_2 * tmp_2 * tmp_2
-        + 0.5 * k_3 * tmp_3 * tmp_3
-        + 0.5 * k_4 * tmp_4 * tmp_4
-        + 0.5 * k_5 * tmp_5 * tmp_5
+    values[1] = 0.5 * (
+        k_6 * d_1 * d_1
+        + k_7 * d_2 * d_2
+        + k_8 * d_3 * d_3
+        + k_9 * d_4 * d_4
+        + k_10 * d_5 * d_5
+        + k_1 * tmp_1 * tmp_1
+        + k_2 * tmp_2 * tmp_2
+        + k_3 * tmp_3 * tmp_3
+        + k_4 * tmp_4 * tmp_4
+        + k_5 * tmp_5 * tmp_5
     )
-    values[2] = (
-        qdot_6 * (tmp_6 + tmp_7) + qdot_7 * (a_1 * c_6 * ddot_1 + a_5 * c_10 * ddot_5) - tmp_6 * qdot_1 - tmp_7 * qdot_5
-    )
-    values[3] = (
-        g * (-m_1 * qdot_1 - m_2 * qdot_2 - m_3 * qdot_3 - m_4 * qdot_4 - m_5 * qdot_5 - m_6 * qdot_6)
-        - l_10_minus_l_9 * F * qdot_7
-        - k_1 * zdot_1 * tmp_1
-        - k_2 * zdot_2 * tmp_2
-        - k_3 * zdot_3 * tmp_3
-        - k_4 * zdot_4 * tmp_4
-        - k_5 * zdot_5 * tmp_5
+    values[2] = qdot_6 * (tmp_6 + tmp_7) + qdot_7 * (a_5 * tmp_6 + a_1 * tmp_7) - tmp_7 * qdot_1 - tmp_6 * qdot_5
+    values[3] = -(
+        g * (m_1 * qdot_1 + m_2 * qdot_2 + m_3 * qdot_3 + m_4 * qdot_4 + m_5 * qdot_5 + m_6 * qdot_6)
+        + l_10_minus_l_9 * F * qdot_7
+        + k_1 * zdot_1 * tmp_1
+        + k_2 * zdot_2 * tmp_2
+        + k_3 * zdot_3 * tmp_3
+        + k_4 * zdot_4 * tmp_4
+        + k_5 * zdot_5 * tmp_5
     )
 
 
@@ -654,7 +646,6 @@ def outputs(t, state, inputs, constants, values):
     z_4 = inputs[3]
     z_5 = inputs[4]
     F = inputs[5]
-    m_6 = constants[5]
     k_1 = constants[7]
     k_2 = constants[8]
     k_3 = constants[9]
@@ -668,12 +659,12 @@ def outputs(t, state, inputs, constants, values):
     c_6 = constants[17]
     c_10 = constants[18]
     l_b = constants[19]
-    g = constants[20]
     a_1 = constants[21]
     a_2 = constants[22]
     a_3 = constants[23]
     a_4 = constants[24]
     a_5 = constants[25]
+    g_times_m_6 = constants[36]
     inverse_m_6 = constants[37]
     l_10_minus_l_9 = constants[38]
     inverse_I_6 = constants[39]
@@ -688,14 +679,13 @@ def outputs(t, state, inputs, constants, values):
     tmp_1 = k_7 * d_2
     tmp_2 = k_8 * d_3
     tmp_3 = k_9 * d_4
-    tmp_4 = k_6 * d_1 + c_6 * ddot_1
-    tmp_5 = k_10 * d_5 + c_10 * ddot_5
-    qddot_6 = inverse_m_6 * (-tmp_1 - tmp_2 - tmp_3 - tmp_4 - tmp_5 - g * m_6)
-    qddot_7 = inverse_I_6 * (-a_2 * tmp_1 - a_3 * tmp_2 - a_4 * tmp_3 - a_1 * tmp_4 - a_5 * tmp_5 - l_10_minus_l_9 * F)
+    tmp_4 = k_10 * d_5 + c_10 * ddot_5
+    tmp_5 = k_6 * d_1 + c_6 * ddot_1
+    qddot_7 = -inverse_I_6 * (a_2 * tmp_1 + a_3 * tmp_2 + a_4 * tmp_3 + a_5 * tmp_4 + a_1 * tmp_5 + l_10_minus_l_9 * F)
 
     values[0] = q_6
     values[1] = q_7
-    values[2] = qddot_6
+    values[2] = -inverse_m_6 * (tmp_1 + tmp_2 + tmp_3 + tmp_4 + tmp_5 + g_times_m_6)
     values[3] = qddot_7
     values[4] = q_6 - l_b * q_7
     values[5] = d_1
@@ -722,8 +712,8 @@ def positions(parameters, values):
 
     tmp_1 = l_3 + l_4
     l_11 = l_1 - tmp_1 - l_2
-    a_1 = -tmp_1 - l_11
-    a_2 = -l_11 - l_4
+    a_1 = -(tmp_1 + l_11)
+    a_2 = -(l_11 + l_4)
     a_3 = -l_11
     a_4 = l_5 - l_11
     a_5 = a_4 + l_6
@@ -738,107 +728,24 @@ def positions(parameters, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
-    state_matrix[:, :] = 0.0
     input_matrix[:, :] = 0.0
+
+    jacobian(0.0, constants, constants, constants, state_matrix)
 
     k_1 = constants[7]
     k_2 = constants[8]
     k_3 = constants[9]
     k_4 = constants[10]
     k_5 = constants[11]
-    k_6 = constants[12]
-    k_7 = constants[13]
-    k_8 = constants[14]
-    k_9 = constants[15]
-    k_10 = constants[16]
-    c_6 = constants[17]
-    c_10 = constants[18]
     g = constants[20]
-    a_1 = constants[21]
-    a_2 = constants[22]
-    a_3 = constants[23]
-    a_4 = constants[24]
-    a_5 = constants[25]
     inverse_m_1 = constants[27]
     inverse_m_2 = constants[29]
     inverse_m_3 = constants[31]
     inverse_m_4 = constants[33]
     inverse_m_5 = constants[35]
-    inverse_m_6 = constants[37]
     l_10_minus_l_9 = constants[38]
     inverse_I_6 = constants[39]
 
-    tmp_1 = inverse_m_1 * k_6
-    tmp_2 = inverse_m_1 * c_6
-    tmp_3 = inverse_m_2 * k_7
-    tmp_4 = inverse_m_3 * k_8
-    tmp_5 = inverse_m_4 * k_9
-    tmp_6 = inverse_m_5 * k_10
-    tmp_7 = inverse_m_5 * c_10
-    tmp_8 = a_1 * k_6
-    tmp_9 = a_2 * k_7
-    tmp_10 = a_5 * k_10
-    tmp_11 = a_3 * k_8
-    tmp_12 = a_4 * k_9
-    tmp_13 = -tmp_8 - tmp_9 - tmp_10 - tmp_11 - tmp_12
-    tmp_14 = a_1 * c_6
-    tmp_15 = a_5 * c_10
-    tmp_16 = -tmp_14 - tmp_15
-    a_1_squared = a_1 * a_1
-    a_5_squared = a_5 * a_5
-
-    state_matrix[0, 7] = 1.0
-    state_matrix[1, 8] = 1.0
-    state_matrix[2, 9] = 1.0
-    state_matrix[3, 10] = 1.0
-    state_matrix[4, 11] = 1.0
-    state_matrix[5, 12] = 1.0
-    state_matrix[6, 13] = 1.0
-    state_matrix[7, 0] = inverse_m_1 * (-k_1 - k_6)
-    state_matrix[7, 5] = tmp_1
-    state_matrix[7, 6] = a_1 * tmp_1
-    state_matrix[7, 7] = -tmp_2
-    state_matrix[7, 12] = tmp_2
-    state_matrix[7, 13] = a_1 * tmp_2
-    state_matrix[8, 1] = inverse_m_2 * (-k_2 - k_7)
-    state_matrix[8, 5] = tmp_3
-    state_matrix[8, 6] = a_2 * tmp_3
-    state_matrix[9, 2] = inverse_m_3 * (-k_3 - k_8)
-    state_matrix[9, 5] = tmp_4
-    state_matrix[9, 6] = a_3 * tmp_4
-    state_matrix[10, 3] = inverse_m_4 * (-k_4 - k_9)
-    state_matrix[10, 5] = tmp_5
-    state_matrix[10, 6] = a_4 * tmp_5
-    state_matrix[11, 4] = inverse_m_5 * (-k_5 - k_10)
-    state_matrix[11, 5] = tmp_6
-    state_matrix[11, 6] = a_5 * tmp_6
-    state_matrix[11, 11] = -tmp_7
-    state_matrix[11, 12] = tmp_7
-    state_matrix[11, 13] = a_5 * tmp_7
-    state_matrix[12, 0] = inverse_m_6 * k_6
-    state_matrix[12, 1] = inverse_m_6 * k_7
-    state_matrix[12, 2] = inverse_m_6 * k_8
-    state_matrix[12, 3] = inverse_m_6 * k_9
-    state_matrix[12, 4] = inverse_m_6 * k_10
-    state_matrix[12, 5] = inverse_m_6 * (-k_6 - k_7 - k_8 - k_9 - k_10)
-    state_matrix[12, 6] = inverse_m_6 * tmp_13
-    state_matrix[12, 7] = inverse_m_6 * c_6
-    state_matrix[12, 11] = inverse_m_6 * c_10
-    state_matrix[12, 12] = inverse_m_6 * (-c_6 - c_10)
-    state_matrix[12, 13] = inverse_m_6 * tmp_16
-    state_matrix[13, 0] = inverse_I_6 * tmp_8
-    state_matrix[13, 1] = inverse_I_6 * tmp_9
-    state_matrix[13, 2] = inverse_I_6 * tmp_11
-    state_matrix[13, 3] = inverse_I_6 * tmp_12
-    state_matrix[13, 4] = inverse_I_6 * tmp_10
-    state_matrix[13, 5] = inverse_I_6 * tmp_13
-    state_matrix[13, 6] = inverse_I_6 * (
-        -k_6 * a_1_squared - k_10 * a_5_squared - a_2 * a_2 * k_7 - a_3 * a_3 * k_8 - a_4 * a_4 * k_9
-    )
-    state_matrix[13, 7] = inverse_I_6 * tmp_14
-    state_matrix[13, 11] = inverse_I_6 * tmp_15
-    state_matrix[13, 12] = inverse_I_6 * tmp_16
-    state_matrix[13, 13] = inverse_I_6 * (-c_6 * a_1_squared - c_10 * a_5_squared)
     input_matrix[7, 0] = inverse_m_1 * k_1
     input_matrix[7, 11] = -g
     input_matrix[8, 1] = inverse_m_2 * k_2

@@ -38,10 +38,8 @@ PARAMETER_SETS = {
 
 CONSTANT = (
     "m_2",
-    "k_2",
-    "k_7",
     "g",
-    "constant_1",
+    "k_2_plus_k_7",
     "g_times_m_2",
     "inverse_m_2",
 )
@@ -55,17 +53,15 @@ def constants(parameters, constants):
     k_7 = parameters[2]
     g = parameters[3]
 
-    constant_1 = -2.0 * (0.5 * k_2 + 0.5 * k_7)
+    k_2_plus_k_7 = k_2 + k_7
     g_times_m_2 = g * m_2
     inverse_m_2 = 1.0 / m_2
 
     constants[0] = m_2
-    constants[1] = k_2
-    constants[2] = k_7
-    constants[3] = g
-    constants[4] = constant_1
-    constants[5] = g_times_m_2
-    constants[6] = inverse_m_2
+    constants[1] = g
+    constants[2] = k_2_plus_k_7
+    constants[3] = g_times_m_2
+    constants[4] = inverse_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -73,14 +69,12 @@ def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     q_2 = state[0]
     qdot_2 = state[1]
-    constant_1 = constants[4]
-    g_times_m_2 = constants[5]
-    inverse_m_2 = constants[6]
-
-    qddot_2 = inverse_m_2 * (constant_1 * q_2 - g_times_m_2)
+    k_2_plus_k_7 = constants[2]
+    g_times_m_2 = constants[3]
+    inverse_m_2 = constants[4]
 
     derivative[0] = qdot_2
-    derivative[1] = qddot_2
+    derivative[1] = -inverse_m_2 * (k_2_plus_k_7 * q_2 + g_times_m_2)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -88,12 +82,11 @@ def jacobian(t, state, inputs, constants, matrix):
     """Derivative of rhs by the state."""
     matrix[:, :] = 0.0
 
-    k_2 = constants[1]
-    k_7 = constants[2]
-    inverse_m_2 = constants[6]
+    k_2_plus_k_7 = constants[2]
+    inverse_m_2 = constants[4]
 
     matrix[0, 1] = 1.0
-    matrix[1, 0] = -2.0 * inverse_m_2 * (0.5 * k_2 + 0.5 * k_7)
+    matrix[1, 0] = -inverse_m_2 * k_2_plus_k_7
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -112,37 +105,31 @@ def energy(t, state, inputs, constants, values):
     q_2 = state[0]
     qdot_2 = state[1]
     m_2 = constants[0]
-    k_2 = constants[1]
-    k_7 = constants[2]
-    g = constants[3]
+    k_2_plus_k_7 = constants[2]
+    g_times_m_2 = constants[3]
 
     values[0] = 0.5 * m_2 * qdot_2 * qdot_2
-    values[1] = q_2 * q_2 * (0.5 * k_2 + 0.5 * k_7)
+    values[1] = 0.5 * k_2_plus_k_7 * q_2 * q_2
     values[2] = 0.0
-    values[3] = -g * m_2 * qdot_2
+    values[3] = -g_times_m_2 * qdot_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     q_2 = state[0]
-    k_2 = constants[1]
-    k_7 = constants[2]
+    k_2_plus_k_7 = constants[2]
 
-    values[0] = q_2 * (k_2 + k_7)
+    values[0] = k_2_plus_k_7 * q_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
-    state_matrix[:, :] = 0.0
     input_matrix[:, :] = 0.0
 
-    k_2 = constants[1]
-    k_7 = constants[2]
-    g = constants[3]
-    inverse_m_2 = constants[6]
+    jacobian(0.0, constants, constants, constants, state_matrix)
 
-    state_matrix[0, 1] = 1.0
-    state_matrix[1, 0] = -2.0 * inverse_m_2 * (0.5 * k_2 + 0.5 * k_7)
+    g = constants[1]
+
     input_matrix[1, 0] = -g

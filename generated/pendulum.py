@@ -46,16 +46,13 @@ CONSTANT = (
     "m",
     "L",
     "c",
-    "g",
     "inverse_pivot_1",
-    "constant_1",
-    "constant_1_times_m",
-    "constant_2",
-    "constant_3",
-    "L_times_g",
-    "constant_4",
-    "constant_5",
-    "constant_6",
+    "L_squared",
+    "L_squared_times_m",
+    "twice_L_squared_times_m",
+    "g_times_L",
+    "three_times_g_times_L",
+    "twice_g_times_L",
 )
 
 
@@ -68,28 +65,23 @@ def constants(parameters, constants):
     g = parameters[3]
 
     inverse_pivot_1 = 0.3333333333333333 / (L * L) / m
-    constant_1 = L * L
-    constant_1_times_m = m * constant_1
-    constant_2 = 0.5 * constant_1_times_m
-    constant_3 = 2.0 * constant_1_times_m
-    L_times_g = g * L
-    constant_4 = -3.0 * L_times_g
-    constant_5 = -0.5 * c
-    constant_6 = -2.0 * L_times_g
+    L_squared = L * L
+    L_squared_times_m = m * L_squared
+    twice_L_squared_times_m = 2.0 * L_squared_times_m
+    g_times_L = g * L
+    three_times_g_times_L = 3.0 * g_times_L
+    twice_g_times_L = 2.0 * g_times_L
 
     constants[0] = m
     constants[1] = L
     constants[2] = c
-    constants[3] = g
-    constants[4] = inverse_pivot_1
-    constants[5] = constant_1
-    constants[6] = constant_1_times_m
-    constants[7] = constant_2
-    constants[8] = constant_3
-    constants[9] = L_times_g
-    constants[10] = constant_4
-    constants[11] = constant_5
-    constants[12] = constant_6
+    constants[3] = inverse_pivot_1
+    constants[4] = L_squared
+    constants[5] = L_squared_times_m
+    constants[6] = twice_L_squared_times_m
+    constants[7] = g_times_L
+    constants[8] = three_times_g_times_L
+    constants[9] = twice_g_times_L
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -103,60 +95,54 @@ def rhs(t, state, inputs, constants, derivative):
     thetadot_3 = state[5]
     m = constants[0]
     c = constants[2]
-    inverse_pivot_1 = constants[4]
-    constant_1 = constants[5]
-    constant_1_times_m = constants[6]
-    constant_2 = constants[7]
-    constant_3 = constants[8]
-    L_times_g = constants[9]
-    constant_4 = constants[10]
-    constant_5 = constants[11]
-    constant_6 = constants[12]
+    inverse_pivot_1 = constants[3]
+    L_squared = constants[4]
+    L_squared_times_m = constants[5]
+    twice_L_squared_times_m = constants[6]
+    g_times_L = constants[7]
+    three_times_g_times_L = constants[8]
+    twice_g_times_L = constants[9]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
-    scaled_2_1 = constant_2 * (4.0 * sin_theta_1 * sin_theta_2 + 4.0 * cos_theta_1 * cos_theta_2)
+    scaled_2_1 = twice_L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     lower_2_1 = inverse_pivot_1 * scaled_2_1
     sin_theta_3 = math.sin(theta_3)
     cos_theta_3 = math.cos(theta_3)
-    scaled_3_1 = constant_2 * (2.0 * sin_theta_3 * sin_theta_1 + 2.0 * cos_theta_3 * cos_theta_1)
+    scaled_3_1 = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)
     lower_3_1 = inverse_pivot_1 * scaled_3_1
-    inverse_pivot_2 = 1.0 / (constant_3 - lower_2_1 * scaled_2_1)
-    scaled_3_2 = (
-        constant_2 * (2.0 * sin_theta_3 * sin_theta_2 + 2.0 * cos_theta_3 * cos_theta_2) - scaled_3_1 * lower_2_1
-    )
+    inverse_pivot_2 = 1.0 / (twice_L_squared_times_m - lower_2_1 * scaled_2_1)
+    scaled_3_2 = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2) - scaled_3_1 * lower_2_1
     lower_3_2 = scaled_3_2 * inverse_pivot_2
-    tmp_4 = 4.0 * cos_theta_2 * sin_theta_1 - 4.0 * cos_theta_1 * sin_theta_2
+    tmp_2 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
     thetadot_2_squared = thetadot_2 * thetadot_2
-    tmp_5 = 2.0 * cos_theta_3 * sin_theta_1 - 2.0 * sin_theta_3 * cos_theta_1
+    tmp_3 = cos_theta_3 * sin_theta_1 - sin_theta_3 * cos_theta_1
     thetadot_3_squared = thetadot_3 * thetadot_3
-    reduced_1 = constant_5 * (4.0 * thetadot_1 - 2.0 * thetadot_2) + m * (
-        constant_4 * sin_theta_1 - constant_1 * (0.5 * thetadot_2_squared * tmp_4 + 0.5 * thetadot_3_squared * tmp_5)
-    )
-    thetadot_1_squared = thetadot_1 * thetadot_1
-    tmp_6 = 2.0 * cos_theta_3 * sin_theta_2 - 2.0 * sin_theta_3 * cos_theta_2
-    reduced_2 = (
-        constant_5 * (4.0 * thetadot_2 - 2.0 * thetadot_1 - 2.0 * thetadot_3)
+    reduced_1 = -(
+        c * (2.0 * thetadot_1 - thetadot_2)
         + m
         * (
-            constant_6 * sin_theta_2
-            - constant_1 * (0.5 * tmp_6 * thetadot_3_squared - 0.5 * thetadot_1_squared * tmp_4)
+            three_times_g_times_L * sin_theta_1
+            + L_squared * (2.0 * thetadot_2_squared * tmp_2 + thetadot_3_squared * tmp_3)
         )
-        - reduced_1 * lower_2_1
     )
-    reduced_3 = (
-        m
-        * (
-            -L_times_g * sin_theta_3
-            - constant_1 * (-0.5 * tmp_6 * thetadot_2_squared - 0.5 * thetadot_1_squared * tmp_5)
-        )
-        - c * (thetadot_3 - thetadot_2)
-        - reduced_1 * lower_3_1
-        - reduced_2 * lower_3_2
+    thetadot_1_squared = thetadot_1 * thetadot_1
+    tmp_5 = cos_theta_3 * sin_theta_2 - sin_theta_3 * cos_theta_2
+    reduced_2 = -(
+        c * (2.0 * thetadot_2 - thetadot_1 - thetadot_3)
+        + m
+        * (twice_g_times_L * sin_theta_2 + L_squared * (tmp_5 * thetadot_3_squared - 2.0 * thetadot_1_squared * tmp_2))
+        + reduced_1 * lower_2_1
     )
-    thetaddot_3 = reduced_3 / (constant_1_times_m - lower_3_1 * scaled_3_1 - lower_3_2 * scaled_3_2)
+    reduced_3 = -(
+        c * (thetadot_3 - thetadot_2)
+        + m * (g_times_L * sin_theta_3 - L_squared * (tmp_5 * thetadot_2_squared + thetadot_1_squared * tmp_3))
+        + reduced_1 * lower_3_1
+        + reduced_2 * lower_3_2
+    )
+    thetaddot_3 = reduced_3 / (L_squared_times_m - lower_3_1 * scaled_3_1 - lower_3_2 * scaled_3_2)
     thetaddot_2 = reduced_2 * inverse_pivot_2 - thetaddot_3 * lower_3_2
 
     derivative[0] = thetadot_1
@@ -179,161 +165,111 @@ def jacobian(t, state, inputs, constants, matrix):
     thetadot_2 = state[4]
     thetadot_3 = state[5]
     m = constants[0]
-    L = constants[1]
     c = constants[2]
-    g = constants[3]
-    inverse_pivot_1 = constants[4]
-    constant_1 = constants[5]
-    constant_1_times_m = constants[6]
+    inverse_pivot_1 = constants[3]
+    L_squared = constants[4]
+    L_squared_times_m = constants[5]
+    twice_L_squared_times_m = constants[6]
+    g_times_L = constants[7]
+    three_times_g_times_L = constants[8]
+    twice_g_times_L = constants[9]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
-    tmp_1 = 4.0 * sin_theta_1 * sin_theta_2 + 4.0 * cos_theta_1 * cos_theta_2
-    tmp_2 = constant_1 * m
-    scaled_2_1 = 0.5 * tmp_2 * tmp_1
+    tmp_1 = sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2
+    scaled_2_1 = twice_L_squared_times_m * tmp_1
     lower_2_1 = inverse_pivot_1 * scaled_2_1
     sin_theta_3 = math.sin(theta_3)
     cos_theta_3 = math.cos(theta_3)
-    tmp_3 = 2.0 * sin_theta_3 * sin_theta_1 + 2.0 * cos_theta_3 * cos_theta_1
-    scaled_3_1 = 0.5 * tmp_3 * tmp_2
+    tmp_2 = sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1
+    scaled_3_1 = L_squared_times_m * tmp_2
     lower_3_1 = inverse_pivot_1 * scaled_3_1
-    tmp_4 = constant_1 * m
-    inverse_pivot_2 = 1.0 / (2.0 * tmp_4 - lower_2_1 * scaled_2_1)
-    tmp_5 = 2.0 * sin_theta_3 * sin_theta_2 + 2.0 * cos_theta_3 * cos_theta_2
-    scaled_3_2 = 0.5 * tmp_5 * tmp_4 - scaled_3_1 * lower_2_1
+    inverse_pivot_2 = 1.0 / (twice_L_squared_times_m - lower_2_1 * scaled_2_1)
+    tmp_3 = sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2
+    scaled_3_2 = L_squared_times_m * tmp_3 - scaled_3_1 * lower_2_1
     lower_3_2 = scaled_3_2 * inverse_pivot_2
-    inverse_pivot_3 = 1.0 / (constant_1_times_m - lower_3_1 * scaled_3_1 - lower_3_2 * scaled_3_2)
-    tmp_6 = g * L
-    tmp_7 = 4.0 * cos_theta_2 * sin_theta_1 - 4.0 * cos_theta_1 * sin_theta_2
+    inverse_pivot_3 = 1.0 / (L_squared_times_m - lower_3_1 * scaled_3_1 - lower_3_2 * scaled_3_2)
+    tmp_4 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
     thetadot_2_squared = thetadot_2 * thetadot_2
-    tmp_8 = 2.0 * cos_theta_3 * sin_theta_1 - 2.0 * sin_theta_3 * cos_theta_1
+    tmp_5 = cos_theta_3 * sin_theta_1 - sin_theta_3 * cos_theta_1
     thetadot_3_squared = thetadot_3 * thetadot_3
-    reduced_1 = m * (
-        -3.0 * tmp_6 * sin_theta_1 - constant_1 * (0.5 * thetadot_2_squared * tmp_7 + 0.5 * thetadot_3_squared * tmp_8)
-    ) - 0.5 * c * (4.0 * thetadot_1 - 2.0 * thetadot_2)
-    tmp_9 = -tmp_7
-    thetadot_1_squared = thetadot_1 * thetadot_1
-    tmp_10 = 2.0 * cos_theta_3 * sin_theta_2 - 2.0 * sin_theta_3 * cos_theta_2
-    reduced_2 = (
-        m
+    reduced_1 = -(
+        c * (2.0 * thetadot_1 - thetadot_2)
+        + m
         * (
-            -2.0 * tmp_6 * sin_theta_2
-            - constant_1 * (0.5 * tmp_10 * thetadot_3_squared + 0.5 * thetadot_1_squared * tmp_9)
+            three_times_g_times_L * sin_theta_1
+            + L_squared * (2.0 * thetadot_2_squared * tmp_4 + thetadot_3_squared * tmp_5)
         )
-        - 0.5 * c * (4.0 * thetadot_2 - 2.0 * thetadot_1 - 2.0 * thetadot_3)
-        - reduced_1 * lower_2_1
     )
-    tmp_11 = g * L
-    tmp_12 = -tmp_8
-    tmp_13 = -tmp_10
-    reduced_3 = (
-        m
-        * (-tmp_11 * sin_theta_3 - constant_1 * (0.5 * tmp_13 * thetadot_2_squared + 0.5 * tmp_12 * thetadot_1_squared))
-        - c * (thetadot_3 - thetadot_2)
-        - reduced_1 * lower_3_1
-        - reduced_2 * lower_3_2
+    thetadot_1_squared = thetadot_1 * thetadot_1
+    tmp_6 = cos_theta_3 * sin_theta_2 - sin_theta_3 * cos_theta_2
+    reduced_2 = -(
+        c * (2.0 * thetadot_2 - thetadot_1 - thetadot_3)
+        + m
+        * (twice_g_times_L * sin_theta_2 + L_squared * (tmp_6 * thetadot_3_squared - 2.0 * thetadot_1_squared * tmp_4))
+        + reduced_1 * lower_2_1
+    )
+    reduced_3 = -(
+        c * (thetadot_3 - thetadot_2)
+        + m * (g_times_L * sin_theta_3 - L_squared * (tmp_6 * thetadot_2_squared + thetadot_1_squared * tmp_5))
+        + reduced_1 * lower_3_1
+        + reduced_2 * lower_3_2
     )
     thetaddot_3 = reduced_3 * inverse_pivot_3
     thetaddot_2 = reduced_2 * inverse_pivot_2 - thetaddot_3 * lower_3_2
     thetaddot_1 = inverse_pivot_1 * reduced_1 - thetaddot_2 * lower_2_1 - thetaddot_3 * lower_3_1
-    tmp_14 = cos_theta_1 * thetadot_1 + cos_theta_2 * thetadot_2
-    tmp_15 = cos_theta_3 * thetadot_3 + tmp_14
-    tmp_16 = -2.0 * tmp_14 - 2.0 * tmp_15
-    tmp_17 = sin_theta_1 * thetadot_1 + sin_theta_2 * thetadot_2
-    tmp_18 = sin_theta_3 * thetadot_3 + tmp_17
-    tmp_19 = -2.0 * tmp_17 - 2.0 * tmp_18
-    tmp_20 = tmp_19 * sin_theta_1 + tmp_16 * cos_theta_1
-    reduced_1_2 = m * (
-        constant_1
-        * (
-            -(
-                0.5 * thetadot_1 * (4.0 * thetadot_1 + tmp_20)
-                + 0.5 * thetadot_2_squared * tmp_1
-                + 0.5 * thetadot_3_squared * tmp_3
-                - 0.5 * (tmp_20 * thetadot_1 + 4.0 * thetadot_1_squared)
-            )
-            - 0.5 * thetaddot_2 * tmp_9
-            - 0.5 * thetaddot_3 * tmp_12
-        )
-        - 3.0 * tmp_11 * cos_theta_1
+    tmp_7 = thetadot_2_squared * tmp_1
+    tmp_8 = thetadot_3_squared * tmp_2
+    reduced_1_2 = -m * (
+        three_times_g_times_L * cos_theta_1
+        + L_squared * (2.0 * tmp_7 + tmp_8 - 2.0 * thetaddot_2 * tmp_4 - thetaddot_3 * tmp_5)
     )
-    tmp_21 = -tmp_1
-    reduced_2_2 = tmp_4 * (-0.5 * thetaddot_1 * tmp_9 - 0.5 * tmp_21 * thetadot_1_squared) - reduced_1_2 * lower_2_1
-    tmp_22 = -tmp_3
-    reduced_3_2 = (
-        tmp_4 * (-0.5 * tmp_22 * thetadot_1_squared - 0.5 * thetaddot_1 * tmp_12)
-        - reduced_1_2 * lower_3_1
-        - reduced_2_2 * lower_3_2
-    )
+    tmp_9 = thetadot_1_squared * tmp_1
+    reduced_2_2 = twice_L_squared_times_m * (thetaddot_1 * tmp_4 + tmp_9) - reduced_1_2 * lower_2_1
+    tmp_10 = thetadot_1_squared * tmp_2
+    reduced_3_2 = L_squared_times_m * (thetaddot_1 * tmp_5 + tmp_10) - reduced_1_2 * lower_3_1 - reduced_2_2 * lower_3_2
     solved_3 = reduced_3_2 * inverse_pivot_3
     solved_2 = reduced_2_2 * inverse_pivot_2 - solved_3 * lower_3_2
-    reduced_1_3 = tmp_4 * (-0.5 * thetaddot_2 * tmp_7 - 0.5 * tmp_21 * thetadot_2_squared)
-    tmp_23 = tmp_19 * sin_theta_2 + tmp_16 * cos_theta_2
-    tmp_24 = g * L
-    reduced_2_3 = (
+    reduced_1_3 = twice_L_squared_times_m * (tmp_7 - thetaddot_2 * tmp_4)
+    tmp_11 = thetadot_3_squared * tmp_3
+    reduced_2_3 = -(
         m
         * (
-            constant_1
-            * (
-                -(
-                    0.5 * thetadot_2 * (4.0 * thetadot_2 + tmp_23)
-                    + 0.5 * thetadot_1_squared * tmp_1
-                    + 0.5 * thetadot_3_squared * tmp_5
-                    - 0.5 * (tmp_23 * thetadot_2 + 4.0 * thetadot_2_squared)
-                )
-                - 0.5 * thetaddot_1 * tmp_7
-                - 0.5 * thetaddot_3 * tmp_13
-            )
-            - 2.0 * tmp_24 * cos_theta_2
+            twice_g_times_L * cos_theta_2
+            + L_squared * (2.0 * thetaddot_1 * tmp_4 + 2.0 * tmp_9 + tmp_11 - thetaddot_3 * tmp_6)
         )
-        - reduced_1_3 * lower_2_1
+        + reduced_1_3 * lower_2_1
     )
-    tmp_25 = -tmp_5
-    reduced_3_3 = (
-        tmp_4 * (-0.5 * tmp_25 * thetadot_2_squared - 0.5 * thetaddot_2 * tmp_13)
-        - reduced_1_3 * lower_3_1
-        - reduced_2_3 * lower_3_2
-    )
+    tmp_12 = thetadot_2_squared * tmp_3
+    reduced_3_3 = L_squared_times_m * (thetaddot_2 * tmp_6 + tmp_12) - reduced_1_3 * lower_3_1 - reduced_2_3 * lower_3_2
     solved_3_2 = reduced_3_3 * inverse_pivot_3
     solved_2_2 = reduced_2_3 * inverse_pivot_2 - solved_3_2 * lower_3_2
-    reduced_1_4 = tmp_4 * (-0.5 * thetaddot_3 * tmp_8 - 0.5 * tmp_22 * thetadot_3_squared)
-    reduced_2_4 = tmp_4 * (-0.5 * tmp_25 * thetadot_3_squared - 0.5 * thetaddot_3 * tmp_10) - reduced_1_4 * lower_2_1
-    tmp_26 = 2.0 * tmp_18 * sin_theta_3 + 2.0 * tmp_15 * cos_theta_3
-    reduced_3_4 = (
-        m
-        * (
-            constant_1
-            * (
-                -(
-                    0.5 * thetadot_3 * (2.0 * thetadot_3 - tmp_26)
-                    + 0.5 * thetadot_1_squared * tmp_3
-                    + 0.5 * thetadot_2_squared * tmp_5
-                    - 0.5 * (2.0 * thetadot_3_squared - tmp_26 * thetadot_3)
-                )
-                - 0.5 * thetaddot_1 * tmp_8
-                - 0.5 * thetaddot_2 * tmp_10
-            )
-            - tmp_24 * cos_theta_3
-        )
-        - reduced_1_4 * lower_3_1
-        - reduced_2_4 * lower_3_2
+    reduced_1_4 = L_squared_times_m * (tmp_8 - thetaddot_3 * tmp_5)
+    reduced_2_4 = L_squared_times_m * (tmp_11 - thetaddot_3 * tmp_6) - reduced_1_4 * lower_2_1
+    reduced_3_4 = -(
+        m * (g_times_L * cos_theta_3 + L_squared * (thetaddot_1 * tmp_5 + thetaddot_2 * tmp_6 + tmp_10 + tmp_12))
+        + reduced_1_4 * lower_3_1
+        + reduced_2_4 * lower_3_2
     )
     solved_3_3 = reduced_3_4 * inverse_pivot_3
     solved_2_3 = reduced_2_4 * inverse_pivot_2 - solved_3_3 * lower_3_2
     reduced_1_5 = -2.0 * c
-    reduced_2_5 = c - tmp_9 * tmp_4 * thetadot_1 - reduced_1_5 * lower_2_1
-    solved_3_4 = inverse_pivot_3 * (-tmp_12 * tmp_4 * thetadot_1 - reduced_1_5 * lower_3_1 - reduced_2_5 * lower_3_2)
+    tmp_13 = L_squared_times_m * thetadot_1
+    reduced_2_5 = 4.0 * tmp_13 * tmp_4 + c - reduced_1_5 * lower_2_1
+    solved_3_4 = -inverse_pivot_3 * (reduced_1_5 * lower_3_1 + reduced_2_5 * lower_3_2 - 2.0 * tmp_13 * tmp_5)
     solved_2_4 = reduced_2_5 * inverse_pivot_2 - solved_3_4 * lower_3_2
-    reduced_1_6 = c - tmp_7 * tmp_4 * thetadot_2
-    reduced_2_6 = -reduced_1_6 * lower_2_1 - 2.0 * c
-    reduced_3_6 = c - tmp_13 * tmp_4 * thetadot_2 - reduced_1_6 * lower_3_1 - reduced_2_6 * lower_3_2
+    tmp_14 = L_squared_times_m * thetadot_2
+    reduced_1_6 = c - 4.0 * tmp_14 * tmp_4
+    reduced_2_6 = -(reduced_1_6 * lower_2_1 + 2.0 * c)
+    reduced_3_6 = 2.0 * tmp_14 * tmp_6 + c - reduced_1_6 * lower_3_1 - reduced_2_6 * lower_3_2
     solved_3_5 = reduced_3_6 * inverse_pivot_3
     solved_2_5 = reduced_2_6 * inverse_pivot_2 - solved_3_5 * lower_3_2
-    reduced_1_7 = -tmp_8 * tmp_4 * thetadot_3
-    reduced_2_7 = c - tmp_10 * tmp_4 * thetadot_3 - reduced_1_7 * lower_2_1
-    solved_3_6 = inverse_pivot_3 * (-reduced_1_7 * lower_3_1 - reduced_2_7 * lower_3_2 - c)
+    tmp_15 = L_squared_times_m * thetadot_3
+    reduced_1_7 = -2.0 * tmp_15 * tmp_5
+    reduced_2_7 = c - reduced_1_7 * lower_2_1 - 2.0 * tmp_15 * tmp_6
+    solved_3_6 = -inverse_pivot_3 * (reduced_1_7 * lower_3_1 + reduced_2_7 * lower_3_2 + c)
     solved_2_6 = reduced_2_7 * inverse_pivot_2 - solved_3_6 * lower_3_2
 
     matrix[0, 3] = 1.0
@@ -367,30 +303,28 @@ def mass(t, state, inputs, constants, matrix):
     theta_1 = state[0]
     theta_2 = state[1]
     theta_3 = state[2]
-    m = constants[0]
-    constant_1 = constants[5]
-    constant_1_times_m = constants[6]
+    L_squared_times_m = constants[5]
+    twice_L_squared_times_m = constants[6]
 
-    tmp_1 = constant_1 * m
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
-    tmp_2 = tmp_1 * (4.0 * sin_theta_1 * sin_theta_2 + 4.0 * cos_theta_1 * cos_theta_2)
+    tmp_1 = L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     sin_theta_3 = math.sin(theta_3)
     cos_theta_3 = math.cos(theta_3)
-    tmp_3 = tmp_1 * (2.0 * sin_theta_3 * sin_theta_1 + 2.0 * cos_theta_3 * cos_theta_1)
-    tmp_4 = tmp_1 * (2.0 * sin_theta_3 * sin_theta_2 + 2.0 * cos_theta_3 * cos_theta_2)
+    tmp_2 = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)
+    tmp_3 = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2)
 
-    matrix[0, 0] = 3.0 * tmp_1
-    matrix[0, 1] = 0.5 * tmp_2
-    matrix[0, 2] = 0.5 * tmp_3
-    matrix[1, 0] = 0.5 * tmp_2
-    matrix[1, 1] = 2.0 * tmp_1
-    matrix[1, 2] = 0.5 * tmp_4
-    matrix[2, 0] = 0.5 * tmp_3
-    matrix[2, 1] = 0.5 * tmp_4
-    matrix[2, 2] = constant_1_times_m
+    matrix[0, 0] = 3.0 * L_squared_times_m
+    matrix[0, 1] = 2.0 * tmp_1
+    matrix[0, 2] = tmp_2
+    matrix[1, 0] = 2.0 * tmp_1
+    matrix[1, 1] = twice_L_squared_times_m
+    matrix[1, 2] = tmp_3
+    matrix[2, 0] = tmp_2
+    matrix[2, 1] = tmp_3
+    matrix[2, 2] = L_squared_times_m
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -403,27 +337,27 @@ def energy(t, state, inputs, constants, values):
     thetadot_2 = state[4]
     thetadot_3 = state[5]
     m = constants[0]
-    L = constants[1]
     c = constants[2]
-    g = constants[3]
-    constant_1 = constants[5]
+    L_squared_times_m = constants[5]
+    g_times_L = constants[7]
 
-    cos_theta_3 = math.cos(theta_3)
-    cos_theta_1 = math.cos(theta_1)
     cos_theta_2 = math.cos(theta_2)
+    cos_theta_1 = math.cos(theta_1)
     tmp_1 = cos_theta_1 * thetadot_1 + cos_theta_2 * thetadot_2
-    tmp_2 = cos_theta_3 * thetadot_3 + tmp_1
-    tmp_3 = thetadot_1 * math.sin(theta_1) + thetadot_2 * math.sin(theta_2)
-    tmp_4 = thetadot_3 * math.sin(theta_3) + tmp_3
-    tmp_5 = cos_theta_1 + cos_theta_2
+    tmp_2 = thetadot_1 * math.sin(theta_1) + thetadot_2 * math.sin(theta_2)
+    tmp_3 = thetadot_3 * math.sin(theta_3) + tmp_2
+    cos_theta_3 = math.cos(theta_3)
+    tmp_4 = cos_theta_3 * thetadot_3 + tmp_1
 
     values[0] = (
-        0.5 * constant_1 * m * (thetadot_1 * thetadot_1 + tmp_1 * tmp_1 + tmp_2 * tmp_2 + tmp_3 * tmp_3 + tmp_4 * tmp_4)
+        0.5
+        * L_squared_times_m
+        * (thetadot_1 * thetadot_1 + tmp_1 * tmp_1 + tmp_2 * tmp_2 + tmp_3 * tmp_3 + tmp_4 * tmp_4)
     )
-    values[1] = g * L * m * (-(cos_theta_3 + tmp_5) - cos_theta_1 - tmp_5)
+    values[1] = -g_times_L * m * (2.0 * cos_theta_2 + 3.0 * cos_theta_1 + cos_theta_3)
     values[2] = c * (
-        0.5 * thetadot_1 * (4.0 * thetadot_1 - 2.0 * thetadot_2)
-        + 0.5 * thetadot_2 * (4.0 * thetadot_2 - 2.0 * thetadot_1 - 2.0 * thetadot_3)
+        thetadot_1 * (2.0 * thetadot_1 - thetadot_2)
+        + thetadot_2 * (2.0 * thetadot_2 - thetadot_1 - thetadot_3)
         + thetadot_3 * (thetadot_3 - thetadot_2)
     )
     values[3] = 0.0

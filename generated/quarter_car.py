@@ -124,7 +124,7 @@ def jacobian(t, state, inputs, constants, matrix):
     matrix[2, 2] = -tmp_2
     matrix[2, 3] = tmp_2
     matrix[3, 0] = inverse_m_u * k_s
-    matrix[3, 1] = inverse_m_u * (-k_s - k_t)
+    matrix[3, 1] = -inverse_m_u * (k_s + k_t)
     matrix[3, 2] = tmp_3
     matrix[3, 3] = -tmp_3
 
@@ -160,8 +160,8 @@ def energy(t, state, inputs, constants, values):
     deltadot_s = zdot_s - zdot_u
     tmp_1 = z_u - z_r
 
-    values[0] = 0.5 * m_s * zdot_s * zdot_s + 0.5 * m_u * zdot_u * zdot_u
-    values[1] = 0.5 * k_s * delta_s * delta_s + 0.5 * k_t * tmp_1 * tmp_1
+    values[0] = 0.5 * (m_s * zdot_s * zdot_s + m_u * zdot_u * zdot_u)
+    values[1] = 0.5 * (k_s * delta_s * delta_s + k_t * tmp_1 * tmp_1)
     values[2] = c_s * deltadot_s * deltadot_s
     values[3] = -k_t * zdot_r * tmp_1
 
@@ -182,7 +182,7 @@ def outputs(t, state, inputs, constants, values):
     delta_s = z_s - z_u
     deltadot_s = zdot_s - zdot_u
 
-    values[0] = inverse_m_s * (-k_s * delta_s - c_s * deltadot_s)
+    values[0] = -inverse_m_s * (k_s * delta_s + c_s * deltadot_s)
     values[1] = delta_s
     values[2] = k_t * (z_r - z_u)
 
@@ -196,27 +196,11 @@ def positions(parameters, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def linear(constants, state_matrix, input_matrix):
     """A and B of rhs = A state + B [inputs, 1]."""
-    state_matrix[:, :] = 0.0
     input_matrix[:, :] = 0.0
 
-    k_s = constants[2]
+    jacobian(0.0, constants, constants, constants, state_matrix)
+
     k_t = constants[3]
-    c_s = constants[4]
-    inverse_m_s = constants[5]
     inverse_m_u = constants[6]
 
-    tmp_1 = inverse_m_s * k_s
-    tmp_2 = inverse_m_s * c_s
-    tmp_3 = inverse_m_u * c_s
-
-    state_matrix[0, 2] = 1.0
-    state_matrix[1, 3] = 1.0
-    state_matrix[2, 0] = -tmp_1
-    state_matrix[2, 1] = tmp_1
-    state_matrix[2, 2] = -tmp_2
-    state_matrix[2, 3] = tmp_2
-    state_matrix[3, 0] = inverse_m_u * k_s
-    state_matrix[3, 1] = inverse_m_u * (-k_s - k_t)
-    state_matrix[3, 2] = tmp_3
-    state_matrix[3, 3] = -tmp_3
     input_matrix[3, 0] = inverse_m_u * k_t

@@ -8,15 +8,15 @@ from typing import Any
 import symengine as se
 
 from codegen.calculus import terms
-from codegen.compare.canonical import canonical
+from codegen.canonical import AlgebraError, canonical
 from codegen.compare.edits import Change, explain
 from codegen.compare.sheet import Sheet, Written
 from codegen.compare.tree import Addend, CompareError, addends, symbols
 from codegen.compare.values import Reading
 from codegen.compare.zero import vanishes
-from codegen.equations.identities import Polynomial, total
 from codegen.equations.legible import legible
 from codegen.equations.order import Order
+from codegen.identities import Polynomial, total
 from codegen.lagrange import Equations
 
 #: Whether two expressions are equal.
@@ -97,7 +97,7 @@ class _Judge:
                 return Comparison(*case, factor, (), printed, derived)
             wanted = [factor * term for term in derived_terms]
             changes = explain(printed_terms, wanted, reading, self._roles())
-        except CompareError as error:
+        except (CompareError, AlgebraError) as error:
             raise self._sheet.error(written.at, str(error)) from None
         return Comparison(*case, factor, tuple(changes), printed, derived)
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import symengine as se
 
-from codegen.compare.canonical import canonical, combined
+from codegen.canonical import canonical, combined
 from codegen.compare.tree import Addend, inner_addends, symbols
 from codegen.compare.values import Reading
-from codegen.equations.identities import Polynomial, total
 from codegen.equations.spelling import spelling
+from codegen.identities import Polynomial, total
 
 _Names = dict[str, str]
 

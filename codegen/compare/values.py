@@ -8,7 +8,7 @@ import symengine as se
 from sympy import Abs, sign
 from sympy import Symbol as SympySymbol
 
-from codegen.compare.canonical import exact
+from codegen.canonical import exact
 from codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol
 from codegen.convert import convert
 

@@ -1,12 +1,11 @@
 """The shortest way to write a derived expression: as it came, brackets opened, or angle sums and factors gathered."""
 
 from collections.abc import Set
-from math import comb
 from typing import Any
 
 import symengine as se
 
-from codegen.equations.identities import gathered, polynomial, total, with_angle_sums, without_squares
+from codegen.identities import gathered, polynomial, spread, total, with_angle_sums, without_squares
 from codegen.rewrite import factors
 from codegen.rules import flatten
 
@@ -59,18 +58,3 @@ def _distributed(expression: Any) -> Any:
         bracket = next((part for part in term.args if isinstance(part, se.Add) and isinstance(term, se.Mul)), None)
         found += [term / bracket * part for part in bracket.args] if bracket is not None else [term]
     return se.Add(*found)
-
-
-def spread(expression: Any) -> int:
-    """How many terms an expression opens to, at most."""
-    if isinstance(expression, se.Add):
-        return sum(map(spread, expression.args))
-    if isinstance(expression, se.Mul):
-        count = 1
-        for part in expression.args:
-            count *= spread(part)
-        return count
-    if isinstance(expression, se.Pow) and isinstance(expression.args[1], se.Integer) and expression.args[1] > 0:
-        base, exponent = spread(expression.args[0]), int(expression.args[1])
-        return comb(base + exponent - 1, exponent)
-    return 1

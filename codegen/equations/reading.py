@@ -3,14 +3,13 @@
 from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
-from math import gcd, lcm
 from typing import Any
 
 import symengine as se
 
 from codegen.equations.order import Order
 from codegen.equations.phrases import Call, Cases, Constant, Factor, Name, Number, Power, Relation, Sum, Term, Value
-from codegen.rewrite import factors, is_number, split_number
+from codegen.rewrite import content, factors, is_number, leading_number, split_number
 
 _EVEN, _ODD = {"cos", "cosh"}, {"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "erf"}
 _COMPARISONS = {
@@ -63,10 +62,9 @@ class Reader:
         if not isinstance(power, Fraction) or power.denominator != 1:
             return self._factor(base), _ONE
         if isinstance(base, se.Add):
-            content = _content(base)
-            divisor = se.Rational(content.numerator, content.denominator)
-            inner = base if content == 1 else se.Add(*(part / divisor for part in base.args))
-            return self.sum(inner), content ** int(power)
+            number = content([leading_number(part) for part in base.args])
+            inner = base if number == 1 else se.Add(*(part / number for part in base.args))
+            return self.sum(inner), _value(number) ** int(power)
         name = type(base).__name__
         if name in _EVEN | _ODD and self._backwards(base.args[0]):
             sign = -1 if name in _ODD and power.numerator % 2 else 1
@@ -128,16 +126,6 @@ def _turned(read: Term) -> Term:
                 above = (*read.above[:k], Sum(tuple(flipped)), *read.above[k + 1 :])
                 return Term(False, read.coefficient, above, read.below)
     return read
-
-
-def _content(total: Any) -> Fraction:
-    """The number to take out of a sum: the common divisor of its coefficients, negative where all of them are."""
-    values = [_value(split_number(part)[0]) for part in total.args]
-    exact = [value for value in values if isinstance(value, Fraction)]
-    if len(exact) < len(values):
-        return _ONE
-    divisor = Fraction(gcd(*(v.numerator for v in exact)), lcm(*(v.denominator for v in exact)))
-    return -divisor if all(value < 0 for value in exact) else divisor
 
 
 def _opposite(expression: Any) -> Any:

@@ -7,9 +7,7 @@ from typing import Any
 import symengine as se
 import symengine.lib.symengine_wrapper as wrapper
 
-from codegen.compare.tree import CompareError
-from codegen.equations.identities import Polynomial, polynomial
-from codegen.equations.legible import spread
+from codegen.identities import Polynomial, polynomial, spread
 from codegen.rewrite import rewrite, split_number
 
 _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
@@ -18,6 +16,10 @@ _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity
 _MOST_TERMS = 20000
 #: A multiple of an angle beyond this stays closed.
 _MOST_TURNS = 8
+
+
+class AlgebraError(ValueError):
+    """What has no such form: too long, or no real number; the message says which."""
 
 
 def canonical(expression: Any) -> Polynomial:
@@ -38,15 +40,15 @@ def combined(found: Iterable[tuple[int | Any, Polynomial]]) -> Polynomial:
 
 def _expanded(expression: Any) -> Any:
     if spread(expression) > _MOST_TERMS:
-        raise CompareError(f"an expression opens to more than {_MOST_TERMS} terms, which is too many to compare")
+        raise AlgebraError(f"an expression opens to more than {_MOST_TERMS} terms, which is too many to compare")
     return se.expand(expression)
 
 
 def _exact(expression: Any) -> Any:
-    """An expression with decimals in place of floating-point numbers; CompareError for what is no real number."""
+    """An expression with decimals in place of floating-point numbers; AlgebraError for what is no real number."""
     found = set(_nodes(expression))
     if any(isinstance(node, _NOT_REAL) for node in found):
-        raise CompareError("an expression divides by zero or takes the root of a negative number")
+        raise AlgebraError("an expression divides by zero or takes the root of a negative number")
     floats = {node: exact(Fraction(repr(float(node)))) for node in found if isinstance(node, se.RealDouble)}
     return expression.xreplace(floats) if floats else expression
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Set
 from itertools import combinations
+from math import comb
 from typing import Any
 
 import symengine as se
@@ -114,3 +115,18 @@ def gathered(terms: Polynomial, fixed: Set[Any]) -> Iterator[Any]:
         inner = total({front - common: number for front, number in fronts.items()})
         parts.append(_product(common) * inner * _product(moving))
     yield se.Add(*parts)
+
+
+def spread(expression: Any) -> int:
+    """How many terms an expression opens to, at most."""
+    if isinstance(expression, se.Add):
+        return sum(map(spread, expression.args))
+    if isinstance(expression, se.Mul):
+        count = 1
+        for part in expression.args:
+            count *= spread(part)
+        return count
+    if isinstance(expression, se.Pow) and isinstance(expression.args[1], se.Integer) and expression.args[1] > 0:
+        base, exponent = spread(expression.args[0]), int(expression.args[1])
+        return comb(base + exponent - 1, exponent)
+    return 1

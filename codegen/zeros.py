@@ -1,0 +1,126 @@
+"""What vanishes identically is not computed: found at a random point, dropped where it is proven.
+
+The point says which sums may vanish, in whole or by two of their terms; the canonical form says that they do. Functions
+other than sine, cosine and tangent are symbols to both, so nothing is proven by an identity of theirs.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from random import Random
+from typing import Any
+
+import symengine as se
+
+from codegen.canonical import AlgebraError, canonical
+from codegen.identities import spread
+from codegen.kernel import Assignment, Kernel
+from codegen.rewrite import is_number, rebuild
+
+#: A sum this small against its terms may be zero.
+_SMALL = 1e-11
+#: A sum that opens to more terms than this is left as it is.
+_MANY = 500
+#: Dropping a zero may lay another open.
+_MOST_ROUNDS = 4
+_WAVES = {"sin": math.sin, "cos": math.cos, "tan": math.tan}
+
+
+def without_zeros(kernel: Kernel) -> Kernel:
+    """The kernel without the sums, and the pairs of terms in sums, that vanish whatever its reads are."""
+    for _ in range(_MOST_ROUNDS):
+        if not (found := _proven(kernel.temporaries, [expression for _, expression in kernel.writes])):
+            return kernel
+        temporaries = [(symbol, _replaced(expression, found)) for symbol, expression in kernel.temporaries]
+        writes = [(slot, _replaced(expression, found)) for slot, expression in kernel.writes]
+        kernel = kernel.replace(temporaries, writes)
+    return kernel
+
+
+def _proven(temporaries: Sequence[Assignment], others: Sequence[Any]) -> dict[Any, Any]:
+    """Sums that are or hold zeros -> what is left of them."""
+    point = _Point()
+    for symbol, expression in temporaries:
+        point.values[symbol] = point.at(expression)
+    for expression in others:
+        point.at(expression)
+    definitions = dict(temporaries)
+    found: dict[Any, Any] = {}
+    for total in point.small:
+        if _is_zero(total, definitions):
+            found[total] = se.Integer(0)
+    for total, one, other in point.pairs:
+        if total not in found and _is_zero(one + other, definitions):
+            found[total] = se.Add(*(term for term in total.args if term not in (one, other)))
+    return found
+
+
+def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
+    """Whether the canonical form is empty: with assigned symbols as they are, or with what they stand for."""
+    while True:
+        try:
+            if spread(expression) > _MANY:
+                return False
+            if not canonical(expression):
+                return True
+        except AlgebraError:
+            return False
+        inside = expression.free_symbols & definitions.keys()
+        if not inside:
+            return False
+        expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
+
+
+def _replaced(expression: Any, found: Mapping[Any, Any]) -> Any:
+    if expression in found:
+        return _replaced(found[expression], found)
+    if not expression.args:
+        return expression
+    return rebuild(expression, [_replaced(part, found) for part in expression.args])
+
+
+class _Point:
+    """Values of nodes at a random point. small: sums that may be zero. pairs: (sum, a term, its opposite perhaps)."""
+
+    def __init__(self) -> None:
+        self._chance = Random(3)
+        self.values: dict[Any, float] = {}
+        self.small: list[Any] = []
+        self.pairs: list[tuple[Any, Any, Any]] = []
+
+    def at(self, node: Any) -> float:
+        """The value of a node; what is no arithmetic has one of its own."""
+        value = self.values.get(node)
+        if value is None:
+            value = self.values[node] = self._value(node, [self.at(part) for part in node.args])
+        return value
+
+    def _value(self, node: Any, parts: list[float]) -> float:
+        if isinstance(node, se.Add):
+            return self._sum(node, parts)
+        if isinstance(node, se.Mul):
+            return math.prod(parts)
+        power = isinstance(node, se.Pow) and isinstance(node.args[1], se.Integer)
+        work = math.pow if power else _WAVES.get(type(node).__name__)
+        try:
+            if is_number(node):
+                return float(node)
+            return work(*parts) if work else self._chance.choice((-1, 1)) * self._chance.uniform(0.3, 1.3)
+        except (ArithmeticError, RuntimeError, TypeError, ValueError):  # too large, or no real number
+            return math.nan
+
+    def _sum(self, node: Any, parts: list[float]) -> float:
+        value = sum(parts)
+        if abs(value) <= _SMALL * sum(map(abs, parts)):
+            self.small.append(node)
+        elif len(parts) > 2:
+            self.pairs += ((node, *pair) for pair in _opposites(node.args, parts))
+        return value
+
+
+def _opposites(terms: Sequence[Any], parts: Sequence[float]) -> Iterator[tuple[Any, Any]]:
+    """Pairs of terms that may cancel: neighbours by size, of opposite values."""
+    order = sorted(range(len(terms)), key=lambda k: abs(parts[k]))
+    for k, j in pairwise(order):
+        if abs(parts[k] + parts[j]) <= _SMALL * abs(parts[k]):
+            yield terms[k], terms[j]
