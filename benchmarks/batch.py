@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import qddot.model.pendulum
 
-import model.pendulum
 import qddot
 from benchmarks import ours
 from benchmarks.cases.case import Case, Run
@@ -51,7 +51,7 @@ def groups(quick: bool) -> Iterator[Table]:
     yield Table(title, tuple(_compared(_in_lanes() | PEERS, two, 1e-9, repeats)), "run")
     with tempfile.TemporaryDirectory() as folder:
         starts = rng.uniform(-0.2, 0.2, (max(128, runs // 10), 16))
-        eight = swings(ours.derived(model.pendulum.system(8), Path(folder)), starts, 10.0)
+        eight = swings(ours.derived(qddot.model.pendulum.system(8), Path(folder)), starts, 10.0)
         title = f"{eight.runs} pendulums of 8 links at error 1e-9, 10 s"
         yield Table(title, tuple(_compared(_in_lanes() | PEERS, eight, 1e-9, repeats)), "run")
 
@@ -63,7 +63,7 @@ def _in_lanes() -> dict[str, Preparation]:
 def _over_roads(whole: Case) -> dict[str, Preparation]:
     """Ours over the sine road and the same road as a table."""
     x = np.linspace(-10, 40, 10_000)
-    table = qddot.table(x, AMPLITUDE * np.sin(2 * np.pi / WAVELENGTH * x), kind="cubic")
+    table = qddot.signal.table(x, AMPLITUDE * np.sin(2 * np.pi / WAVELENGTH * x), kind="cubic")
 
     def with_table(case: Case) -> dict[str, Any]:
         return batch_keywords(case, table)

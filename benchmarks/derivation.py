@@ -3,19 +3,19 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import qddot.model.chain
+import qddot.model.m113
+import qddot.model.pendulum
 import sympy
+from qddot.codegen.generate import artefacts
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower, lower_rhs
+from qddot.model.system import System
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-import model.chain
-import model.m113
-import model.pendulum
 from benchmarks.contest import reason, say
 from benchmarks.peers import peer
 from benchmarks.timing import Table, Timing, interleaved
-from codegen.generate import artefacts
-from codegen.lagrange import derive
-from codegen.lower import lower, lower_rhs
-from model.system import System
 
 OURS = "qddot, right-hand side, accelerations solved for and optimized"
 CASADI = "CasADi, right-hand side, accelerations solved for, as its function"
@@ -24,7 +24,7 @@ SYMPY = "SymPy LagrangesMethod, M and f"
 
 def groups(quick: bool) -> Iterator[Table]:
     """The M113, then chains and pendulums over n; `quick` leaves out what takes minutes."""
-    m113 = model.m113.system()
+    m113 = qddot.model.m113.system()
     contenders = {
         "M113, derive": lambda: derive(m113),
         "M113, derive and lower all kernels": lambda: lower(derive(m113)),
@@ -32,9 +32,9 @@ def groups(quick: bool) -> Iterator[Table]:
     }
     yield Table("M113: from the model to all text", tuple(interleaved(contenders, 5)))
     for n in (10, 20) if quick else (10, 20, 40, 160):
-        yield Table(f"Chain of {n}: derive and lower", tuple(_beside(model.chain.system(n))))
+        yield Table(f"Chain of {n}: derive and lower", tuple(_beside(qddot.model.chain.system(n))))
     for n in (2, 3) if quick else (2, 4, 8):
-        yield Table(f"Pendulum of {n} links: derive and lower", tuple(_beside(model.pendulum.system(n))))
+        yield Table(f"Pendulum of {n} links: derive and lower", tuple(_beside(qddot.model.pendulum.system(n))))
 
 
 def _beside(system: System) -> list[Timing]:

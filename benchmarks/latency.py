@@ -55,4 +55,4 @@ def _timed(name: str, run: Callable[[], None]) -> Timing:
 
 
 def _qddot(*arguments: str, cwd: Path = ROOT) -> None:
-    subprocess.run([sys.executable, "qddot.py", *arguments], cwd=cwd, check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "qddot", *arguments], cwd=cwd, check=True, capture_output=True)

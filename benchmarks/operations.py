@@ -1,8 +1,8 @@
 """How many floating-point operations there are in what is timed."""
 
-from codegen.lagrange import derive
-from codegen.lower import lower_rhs
-from codegen.sources import shipped
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower_rhs
+from qddot.codegen.sources import shipped
 
 
 def of_rk4_step(name: str) -> int:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 from numba import njit, prange
+from qddot.model.system import System
+from qddot.runner.load import Model
 
 import qddot
 from benchmarks.cases.case import Case, Floats, Run
 from benchmarks.peers import THREADS, compiled
-from model.system import System
-from runner.load import Model
 
 
 def derived(system: System, folder: Path) -> Model:
@@ -22,10 +22,10 @@ def derived(system: System, folder: Path) -> Model:
 def one(case: Case, method: str, **options: Any) -> Callable[[float], Run]:
     """The first run; the ends of its parts are found by qddot itself. options: those of `prepare`."""
     options = options or {"output_times": [case.end]}
-    settings = {"method": method, "initial": case.starts[0], **options, **case.one(case)}
+    settings: dict[str, Any] = {"method": method, "initial": case.starts[0], **options, **case.one(case)}
 
     def at(tolerance: float) -> Run:
-        tolerances = {"rtol": tolerance, "atol": tolerance * case.atol} if tolerance else {}
+        tolerances: dict[str, Any] = {"rtol": tolerance, "atol": tolerance * case.atol} if tolerance else {}
         simulation = qddot.prepare(case.model, (0.0, case.end), **settings, **tolerances)
         return lambda: simulation(case.starts[0]).states[-1:]
 
@@ -34,11 +34,16 @@ def one(case: Case, method: str, **options: Any) -> Callable[[float], Run]:
 
 def many(case: Case, method: str, keywords: Any = None, step: float | None = None) -> Callable[[float], Run]:
     """All runs: in lanes, by exact propagation by the block. keywords(case): others than the case's own."""
-    given = {"method": method, "initial": case.starts, "threads": THREADS, **(keywords or case.many)(case)}
-    steps = {} if step is None else {"step": step}
+    given: dict[str, Any] = {
+        "method": method,
+        "initial": case.starts,
+        "threads": THREADS,
+        **(keywords or case.many)(case),
+    }
+    steps: dict[str, Any] = {} if step is None else {"step": step}
 
     def at(tolerance: float) -> Run:
-        tolerances = {} if step is not None else {"rtol": tolerance, "atol": tolerance * case.atol}
+        tolerances: dict[str, Any] = {} if step else {"rtol": tolerance, "atol": tolerance * case.atol}
 
         def run() -> Floats:
             batch = qddot.simulate_batch(case.model, (0, case.end), **given, **steps, **tolerances)

@@ -10,9 +10,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from qddot.model import chain, pendulum
 
-import model.chain
-import model.pendulum
 import qddot
 from benchmarks import ours
 from benchmarks.cases.case import Case
@@ -61,5 +60,5 @@ def _cases(folder: Path) -> Iterator[tuple[str, Callable[[], Case], float]]:
     two = np.array([[0.6, -0.4, 0.3, 0.5]])
     yield "Double pendulum, 10 s", lambda: swings(qddot.load("double_pendulum"), two, 10.0), 1e-9
     eight = np.concatenate([SWING * np.linspace(1.0, -0.5, 8), np.zeros(8)])[None]
-    yield "Pendulum of 8 links, 10 s", lambda: swings(ours.derived(model.pendulum.system(8), folder), eight, 10.0), 1e-9
-    yield "Chain of 100 masses, 10 s", lambda: shaken(ours.derived(model.chain.system(100), folder), 10.0), 1e-9
+    yield "Pendulum of 8 links, 10 s", lambda: swings(ours.derived(pendulum.system(8), folder), eight, 10.0), 1e-9
+    yield "Chain of 100 masses, 10 s", lambda: shaken(ours.derived(chain.system(100), folder), 10.0), 1e-9

@@ -5,12 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from qddot.runner.batch.block import compute, warm_up
+from qddot.runner.batch.job import Job, read_job
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.simulate import Simulation
 from scipy.integrate import solve_ivp
-
-from runner.batch.block import compute, warm_up
-from runner.batch.job import Job, read_job
-from runner.inputs.reader import evaluate, reader_for
-from runner.simulate import Simulation
 
 STUDY = Path(__file__).parent.parent / "studies" / "terrain_monte_carlo.toml"
 

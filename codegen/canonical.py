@@ -7,8 +7,8 @@ from typing import Any
 import symengine as se
 import symengine.lib.symengine_wrapper as wrapper
 
-from codegen.identities import Polynomial, polynomial, spread
-from codegen.rewrite import rewrite, split_number
+from qddot.codegen.identities import Polynomial, polynomial, spread
+from qddot.codegen.rewrite import rewrite, split_number
 
 _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
 

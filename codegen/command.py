@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
-import model
-from codegen.generate import Change, apply, changes
-from codegen.sources import find
-from words import be, counted
+from qddot.codegen.generate import Change, apply, changes
+from qddot.codegen.sources import find
 
-#: Where the shipped models' files are.
+from qddot import model
+from qddot.words import be, counted
+
+#: Where shipped models' files go: a folder where the user stands.
+FOLDER = Path("generated")
+#: The package's own, which holds nothing but what the shipped models give.
 GENERATED = Path(model.__file__).parent.parent / "generated"
 
 
@@ -16,11 +19,11 @@ def generate(names: tuple[str, ...], into: Path | None, check: bool, diff: bool)
     if diff and not check:
         raise ValueError("--diff says how files differ, which --check looks for: give both, or neither")
     systems = find(names)
-    folder = into or GENERATED
+    folder = into or FOLDER
     own = [source for source in systems if not source.startswith("model/")]
     if own and into is None:
         raise ValueError(f"{own[0]} is a model of your own: say where its files go, with --into FOLDER")
-    found = changes(systems, folder, whole=not names and into is None)
+    found = changes(systems, folder, whole=not names and folder.resolve() == GENERATED.resolve())
     if check:
         return _judge(found, folder, diff)
     apply(found)

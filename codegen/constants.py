@@ -3,9 +3,8 @@
 from typing import Any
 
 import symengine as se
-
-from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import Names, factors, is_condition, rebuild, split_number
+from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.rewrite import Names, factors, is_condition, rebuild, split_number
 
 #: Numbers and powers that have a word, by which a constant is named; what would become longer is numbered.
 _NUMBERS = {

@@ -3,10 +3,9 @@
 from typing import Any
 
 import symengine as se
+from qddot.model.kinks import cases
+from qddot.model.vocabulary import SMOOTH
 from sympy import Symbol
-
-from model.kinks import cases
-from model.vocabulary import SMOOTH
 
 #: Functions by their names in SymEngine, and in `math`.
 MATH_NAMES = {each.__name__: each.__name__ for each in SMOOTH}

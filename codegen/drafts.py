@@ -6,11 +6,10 @@ from functools import cached_property
 from typing import Any
 
 import symengine as se
-
-from codegen.elimination import Factors, factorize, solve
-from codegen.kernel import Assignment, Slot
-from codegen.lagrange import Equations
-from codegen.rewrite import Names
+from qddot.codegen.elimination import Factors, factorize, solve
+from qddot.codegen.kernel import Assignment, Slot
+from qddot.codegen.lagrange import Equations
+from qddot.codegen.rewrite import Names
 
 Matrix = dict[tuple[int, int], Any]
 

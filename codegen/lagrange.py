@@ -10,10 +10,10 @@ from typing import Any
 
 import symengine as se
 
-from codegen.calculus import Definitions, Vector, by, dot
-from codegen.convert import convert, symbol
-from codegen.motion import Motion
-from model.system import ModelError, System
+from qddot.codegen.calculus import Definitions, Vector, by, dot
+from qddot.codegen.convert import convert, symbol
+from qddot.codegen.motion import Motion
+from qddot.model.system import ModelError, System
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from codegen.constants import hoist
-from codegen.drafts import Draft, Drafts
-from codegen.kernel import Assignment, Kernel, Slot
-from codegen.lagrange import Equations
-from codegen.rewrite import Names
-from codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
-from codegen.sharing import share
-from codegen.skeleton import reserved
-from codegen.zeros import without_zeros
-from model.check import declared
-from model.system import ModelError
+from qddot.codegen.constants import hoist
+from qddot.codegen.drafts import Draft, Drafts
+from qddot.codegen.kernel import Assignment, Kernel, Slot
+from qddot.codegen.lagrange import Equations
+from qddot.codegen.rewrite import Names
+from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
+from qddot.codegen.sharing import share
+from qddot.codegen.skeleton import reserved
+from qddot.codegen.zeros import without_zeros
+from qddot.model.check import declared
+from qddot.model.system import ModelError
 
 
 @dataclass(frozen=True)

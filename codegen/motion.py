@@ -6,12 +6,12 @@ from typing import Any
 
 import symengine as se
 
-from codegen.calculus import Definitions, Vector, by, dot
-from codegen.convert import symbol
-from codegen.kernel import Kernel, Slot
-from codegen.rules import tidy
-from codegen.zeros import without_zeros
-from model.system import System
+from qddot.codegen.calculus import Definitions, Vector, by, dot
+from qddot.codegen.convert import symbol
+from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.rules import tidy
+from qddot.codegen.zeros import without_zeros
+from qddot.model.system import System
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,9 @@ from math import isfinite
 from typing import Any
 
 import symengine as se
-
-from codegen.convert import MATH_NAMES
-from codegen.rewrite import is_number, leading_number, split_number
-from model.system import ModelError
+from qddot.codegen.convert import MATH_NAMES
+from qddot.codegen.rewrite import is_number, leading_number, split_number
+from qddot.model.system import ModelError
 
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
 _CONSTANTS = {"Pi": "math.pi", "Exp1": "math.e", "BooleanTrue": "True", "BooleanFalse": "False"}

@@ -4,12 +4,11 @@ from collections.abc import Iterable
 from typing import Any
 
 import sympy
-
-from codegen.environment import environment
-from codegen.kernel import Kernel, Slot
-from codegen.lower import Program
-from codegen.printer import Printer
-from codegen.skeleton import HEADS, Function, function
+from qddot.codegen.environment import environment
+from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.lower import Program
+from qddot.codegen.printer import Printer
+from qddot.codegen.skeleton import HEADS, Function, function
 
 
 def module(program: Program, source: str) -> str:

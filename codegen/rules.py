@@ -7,9 +7,9 @@ from typing import Any
 
 import symengine as se
 
-from codegen.identities import polynomial, total, without_squares
-from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import (
+from qddot.codegen.identities import polynomial, total, without_squares
+from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.rewrite import (
     content,
     factors,
     is_number,

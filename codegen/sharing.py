@@ -6,8 +6,8 @@ from typing import Any
 
 import symengine as se
 
-from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import (
+from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.rewrite import (
     Names,
     is_condition,
     is_number,

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import symengine as se
-
-from codegen.convert import MATH_NAMES
-from codegen.environment import environment
-from codegen.printer import Printer
+from qddot.codegen.convert import MATH_NAMES
+from qddot.codegen.environment import environment
+from qddot.codegen.printer import Printer
 
 #: Arguments and meaning of every kernel, in the order of the file.
 HEADS = {

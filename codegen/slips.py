@@ -9,8 +9,9 @@ from pathlib import Path
 from signal import SIGTERM
 from types import FrameType
 
-from model.system import ModelError
-from words import nearest
+from qddot.model.system import ModelError
+
+from qddot.words import nearest
 
 
 @contextmanager

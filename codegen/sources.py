@@ -6,10 +6,11 @@ import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 
-import model
-from codegen.slips import explained
-from model.system import ModelError, System
-from words import nearest
+from qddot.codegen.slips import explained
+from qddot.model.system import ModelError, System
+
+from qddot import model
+from qddot.words import nearest
 
 _MODELS = Path(model.__file__).parent
 
@@ -26,7 +27,7 @@ def shipped(name: str) -> System:
         hint = f"{nearest(name, names)} (models: {', '.join(names)}; or a file, path/to/model.py)"
         raise ModelError(f"there is no model {name!r}{hint}")
     with explained(_MODELS / f"{name}.py"):
-        return _checked(importlib.import_module(f"model.{name}").system())
+        return _checked(importlib.import_module(f"qddot.model.{name}").system())
 
 
 def from_file(path: Path) -> System:
@@ -44,7 +45,7 @@ def from_file(path: Path) -> System:
     with explained(path):
         spec.loader.exec_module(module)
         if not callable(getattr(module, "system", None)):
-            raise ModelError("expected a function system() that gives a model.system.System")
+            raise ModelError("expected a function system() that gives a qddot.model.System")
         return _checked(module.system())
 
 
@@ -62,5 +63,5 @@ def find(names: tuple[str, ...]) -> Mapping[str, System]:
 
 def _checked(system: object) -> System:
     if not isinstance(system, System):
-        raise ModelError(f"system() gives {reprlib.repr(system)}, expected a model.system.System")
+        raise ModelError(f"system() gives {reprlib.repr(system)}, expected a qddot.model.System")
     return system

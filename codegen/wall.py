@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator
 from math import inf, isfinite
 
-from model.system import ModelError
+from qddot.model.system import ModelError
 
 _INTEGERS = 2**63
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import symengine as se
 
-from codegen.canonical import AlgebraError, canonical
-from codegen.identities import spread
-from codegen.kernel import Assignment, Kernel
-from codegen.rewrite import is_number, rebuild
+from qddot.codegen.canonical import AlgebraError, canonical
+from qddot.codegen.identities import spread
+from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.rewrite import is_number, rebuild
 
 #: A sum this small against its terms may be zero.
 _SMALL = 1e-11

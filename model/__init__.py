@@ -1,1 +1,8 @@
-"""The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function."""
+"""The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function.
+
+from qddot.model import Coordinate, Input, Output, Parameter, Quantity, System
+"""
+
+from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System, t
+
+__all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "System", "t"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Basic, MatrixBase, Rational, Symbol
 
 if TYPE_CHECKING:
-    from model.system import System
+    from qddot.model.system import System
 
 #: What is true of every symbol of a model.
 _REAL = Symbol("x", real=True).assumptions0

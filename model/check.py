@@ -7,15 +7,14 @@ from difflib import get_close_matches
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+from qddot.model.inertia import inertia
+from qddot.model.naming import LONGEST, name_problem, t
+from qddot.model.vocabulary import refusals
+from qddot.units.worth import problem
 from sympy import Expr, Symbol, sympify
 
-from model.inertia import inertia
-from model.naming import LONGEST, name_problem, t
-from model.vocabulary import refusals
-from units.worth import problem
-
 if TYPE_CHECKING:
-    from model.system import System
+    from qddot.model.system import System
 
 Named = tuple[str, Symbol]
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import mpmath
+from qddot.model.kinks import cases
 from sympy import Add, Expr, Symbol, lambdify
-
-from model.kinks import cases
 
 #: A pivot this small against 1 is not certain in floating point.
 _DOUBTFUL = 1e-6

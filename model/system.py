@@ -7,12 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 
+from qddot.model.assumptions import plain, unkept
+from qddot.model.check import problems
+from qddot.model.kinks import cases
+from qddot.model.naming import LONGEST, dotted, t
 from sympy import Expr, Integer, Symbol, SympifyError, sympify
-
-from model.assumptions import plain, unkept
-from model.check import problems
-from model.kinks import cases
-from model.naming import LONGEST, dotted, t
 
 __all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "System", "t"]
 

@@ -13,16 +13,15 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.events.kinds import Event, EventLog, OutputCrossing
-from runner.inputs.instants import ROUNDING
-from runner.inputs.signal import C0, PHASE, InputTable
-from runner.methods import Method
-from runner.options import Options
-from runner.pointers import EVENT_SIGNATURE, call_event, call_kernel, pointer
-from runner.problem import Problem, Trajectory
-from runner.stiff.system import call_matrix_kernel
+from qddot.runner import abi
+from qddot.runner.events.kinds import Event, EventLog, OutputCrossing
+from qddot.runner.inputs.instants import ROUNDING
+from qddot.runner.inputs.signal import C0, PHASE, InputTable
+from qddot.runner.methods import Method
+from qddot.runner.options import Options
+from qddot.runner.pointers import EVENT_SIGNATURE, call_event, call_kernel, pointer
+from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.stiff.system import call_matrix_kernel
 
 Vector = NDArray[np.float64]
 

@@ -5,27 +5,26 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from qddot.runner.checks import unknown
+from qddot.runner.compiling import compiled_for
+from qddot.runner.equilibrium import EquilibriumError, equilibrium
+from qddot.runner.files import named, ready
+from qddot.runner.load import Model, available, load
+from qddot.runner.modes import ModesError, modes
+from qddot.runner.report.background import Drawing
+from qddot.runner.report.curves import Curves, curves
+from qddot.runner.report.progress import late_bar
+from qddot.runner.report.tables import methods, metrics, modal_table, model_tables, not_finite, statistics, summary
+from qddot.runner.solution import Solution
+from qddot.runner.study.library import SHIPPED, entries
+from qddot.runner.study.overrides import parsed
+from qddot.runner.study.read import StudyError, read, what_it_holds
+from qddot.runner.study.row import row_of
+from qddot.runner.study.run import run
+from qddot.runner.study.schema import Study
+from qddot.runner.study.show import show_inputs
 from rich.console import Console
 from rich.markup import escape
-
-from runner.checks import unknown
-from runner.compiling import compiled_for
-from runner.equilibrium import EquilibriumError, equilibrium
-from runner.files import named, ready
-from runner.load import Model, available, load
-from runner.modes import ModesError, modes
-from runner.report.background import Drawing
-from runner.report.curves import Curves, curves
-from runner.report.progress import late_bar
-from runner.report.tables import methods, metrics, modal_table, model_tables, not_finite, statistics, summary
-from runner.solution import Solution
-from runner.study.library import SHIPPED, entries
-from runner.study.overrides import parsed
-from runner.study.read import StudyError, read, what_it_holds
-from runner.study.row import row_of
-from runner.study.run import run
-from runner.study.schema import Study
-from runner.study.show import show_inputs
 
 STUDIES = Path(__file__).parent.parent / "studies"
 CATALOGUES = ("models", "studies", "library", "methods", "metrics")

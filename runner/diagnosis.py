@@ -2,12 +2,11 @@
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.inertia import singular_mass
-from runner.inputs.reader import evaluate, reader_for
-from runner.jumps import jump
-from runner.load import Model
-from runner.problem import Problem, Status, Trajectory
+from qddot.runner.inertia import singular_mass
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.jumps import jump
+from qddot.runner.load import Model
+from qddot.runner.problem import Problem, Status, Trajectory
 
 #: Endings at which the accelerations may not exist, and those of a run that took too many or too small steps.
 BROKEN = (Status.NON_FINITE, Status.STEP_UNDERFLOW, Status.NEWTON_FAILURE)

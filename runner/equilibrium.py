@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import finite, finite_state, unknown
-from runner.inertia import singular_mass
-from runner.inputs.bind import bind
-from runner.inputs.reader import evaluate, reader_for
-from runner.inputs.signal import InputTable, Signal
-from runner.load import Model, Parameters, as_model
+from qddot.runner.checks import finite, finite_state, unknown
+from qddot.runner.inertia import singular_mass
+from qddot.runner.inputs.bind import bind
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.inputs.signal import InputTable, Signal
+from qddot.runner.load import Model, Parameters, as_model
 
 Vector = NDArray[np.float64]
 #: Where the search for a static state starts: coordinates by name (the others 0), or a state (n_states,).

@@ -12,11 +12,10 @@ import numpy as np
 from numba import njit
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
-
-from runner.events.kinds import Event
-from runner.inputs.reader import evaluate, reader_for
-from runner.options import Options
-from runner.problem import Problem
+from qddot.runner.events.kinds import Event
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem
 
 #: What a result holds before the call, in two calls: what still does, or has only been added to, was not written.
 UNWRITTEN = (1.25e300, 1.75e300)

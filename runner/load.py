@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numba.core.errors import NumbaError
 from numpy.typing import ArrayLike, NDArray
+from qddot.runner import abi
+from qddot.runner.checks import finite, finite_state, shown, unknown
+from qddot.runner.compiled import keeping_module
+from qddot.runner.tables import LoadError, Tables, read_tables
 
-import generated
-from runner import abi
-from runner.checks import finite, finite_state, shown, unknown
-from runner.compiled import keeping_module
-from runner.tables import LoadError, Tables, read_tables
+from qddot import generated
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
 
@@ -220,7 +220,7 @@ def _generated_module(name: str) -> ModuleType:
         raise LoadError(unknown("model", name, available()))
     try:
         with keeping_module(Path(generated.__file__)):
-            return importlib.import_module(f"generated.{name}")
+            return importlib.import_module(f"qddot.generated.{name}")
     except Exception as error:
         raise LoadError(f"model {name}: {type(error).__name__}: {error}; generate the model again") from error
 

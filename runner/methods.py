@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from runner.checks import shown, unknown
-from runner.options import Options
-from runner.problem import Problem, Trajectory
+from qddot.runner.checks import shown, unknown
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Trajectory
 
 if TYPE_CHECKING:
-    from runner.explicit.tableau import ButcherTableau
-    from runner.explicit.tableau_adaptive import EmbeddedPair
+    from qddot.runner.explicit.tableau import ButcherTableau
+    from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +42,10 @@ class Method:
 
 #: Name -> the module whose METHODS hold the method; a new method is its name here and its line there.
 _HOMES = {
-    **dict.fromkeys(("euler", "heun", "midpoint", "rk4"), "runner.explicit.fixed_methods"),
-    **dict.fromkeys(("ode23", "ode45", "tsit5", "dop853", "vern7"), "runner.explicit.adaptive_methods"),
-    **dict.fromkeys(("ode15s", "rodas5p"), "runner.stiff.methods"),
-    "exact": "runner.exact.methods",
+    **dict.fromkeys(("euler", "heun", "midpoint", "rk4"), "qddot.runner.explicit.fixed_methods"),
+    **dict.fromkeys(("ode23", "ode45", "tsit5", "dop853", "vern7"), "qddot.runner.explicit.adaptive_methods"),
+    **dict.fromkeys(("ode15s", "rodas5p"), "qddot.runner.stiff.methods"),
+    "exact": "qddot.runner.exact.methods",
 }
 
 

@@ -5,13 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import finite
-from runner.equilibrium import rest
-from runner.inputs.bind import bind
-from runner.inputs.reader import evaluate, reader_for
-from runner.inputs.signal import Signal
-from runner.load import Model, Parameters, as_model
+from qddot.runner.checks import finite
+from qddot.runner.equilibrium import rest
+from qddot.runner.inputs.bind import bind
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.load import Model, Parameters, as_model
 
 
 class ModesError(ValueError):

@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.checks import unknown
-from runner.compiled import compiled
-from runner.inputs.reader import evaluate, reader_for
-from runner.inputs.signal import InputTable, stack
-from runner.load import Model
-from runner.pointers import call_kernel, pointer
-from runner.tables import Quantity
+from qddot.runner import abi
+from qddot.runner.checks import unknown
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.inputs.signal import InputTable, stack
+from qddot.runner.load import Model
+from qddot.runner.pointers import call_kernel, pointer
+from qddot.runner.tables import Quantity
 
 #: What the `energy` kernel writes, in its order.
 ENERGIES = (

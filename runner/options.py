@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import flag, numbers, positive, shown, whole
+from qddot.runner.checks import flag, numbers, positive, shown, whole
 
 #: Of the numerical differentiation formulas.
 MOST_ORDER = 5

@@ -8,10 +8,9 @@ from functools import cache
 from typing import Any
 
 from numba import types
-
-from runner import abi
-from runner.checks import shown
-from runner.memory import intrinsic
+from qddot.runner import abi
+from qddot.runner.checks import shown
+from qddot.runner.memory import intrinsic
 
 EVENT_SIGNATURE = types.float64(abi.SCALAR, abi.VECTOR, abi.VECTOR, abi.VECTOR)
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.inputs.signal import InputTable
+from qddot.runner.inputs.signal import InputTable
 
 #: The end of a run that only an event ends, in s from its start.
 FOREVER = 1e100

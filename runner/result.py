@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.compiled import compiled
-from runner.inputs.reader import sample
-from runner.methods import Method
-from runner.options import Options
-from runner.pointers import call_kernel, pointer
-from runner.problem import Problem, Status, Trajectory
-from runner.solution import Solution
-from runner.tables import Quantity
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.reader import sample
+from qddot.runner.methods import Method
+from qddot.runner.options import Options
+from qddot.runner.pointers import call_kernel, pointer
+from qddot.runner.problem import Problem, Status, Trajectory
+from qddot.runner.solution import Solution
+from qddot.runner.tables import Quantity
 
 #: What to try after a run that failed.
 ADVICE = {

@@ -7,23 +7,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner import checks
-from runner.checks import finite, finite_state, flag, numbers, row, shown, unknown
-from runner.diagnosis import diagnosis
-from runner.equilibrium import Guess, rest
-from runner.events.kinds import OutputCrossing, StateCrossing
-from runner.first_call import check_first_calls
-from runner.inputs.bind import as_signal, bind
-from runner.inputs.signal import Signal, stack
-from runner.load import Model, Parameters, as_model
-from runner.methods import METHODS, Method, find_method
-from runner.options import Options
-from runner.problem import Problem
-from runner.result import IntegrationError, Subject, as_solution
-from runner.solution import Solution
-from runner.spans import integrate, span_of
-from runner.tables import Quantity
+from qddot.runner import checks
+from qddot.runner.checks import finite, finite_state, flag, numbers, row, shown, unknown
+from qddot.runner.diagnosis import diagnosis
+from qddot.runner.equilibrium import Guess, rest
+from qddot.runner.events.kinds import OutputCrossing, StateCrossing
+from qddot.runner.first_call import check_first_calls
+from qddot.runner.inputs.bind import as_signal, bind
+from qddot.runner.inputs.signal import Signal, stack
+from qddot.runner.load import Model, Parameters, as_model
+from qddot.runner.methods import METHODS, Method, find_method
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem
+from qddot.runner.result import IntegrationError, Subject, as_solution
+from qddot.runner.solution import Solution
+from qddot.runner.spans import integrate, span_of
+from qddot.runner.tables import Quantity
 
 __all__ = ["IntegrationError", "Simulation", "crossing", "prepare", "simulate", "solve"]
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from runner.problem import Status
+from qddot.runner.problem import Status
 
 #: Least seconds between two reports of progress.
 REPORT_INTERVAL = 0.1

@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import unknown
-from runner.files import written_aside
-from runner.problem import Statistics, Status
-from runner.tables import Quantity
+from qddot.runner.checks import unknown
+from qddot.runner.files import written_aside
+from qddot.runner.problem import Statistics, Status
+from qddot.runner.tables import Quantity
 
 if TYPE_CHECKING:
     import xarray
-
-    from runner.events.kinds import EventLog
+    from qddot.runner.events.kinds import EventLog
 
 TIME = Quantity("time", "s", "time")
 

@@ -4,11 +4,10 @@ import math
 from typing import Any
 
 import numpy as np
-
-from runner.checks import finite, number, shown
-from runner.methods import Method
-from runner.options import Options
-from runner.problem import FOREVER, Problem, Statistics, Status, Trajectory
+from qddot.runner.checks import finite, number, shown
+from qddot.runner.methods import Method
+from qddot.runner.options import Options
+from qddot.runner.problem import FOREVER, Problem, Statistics, Status, Trajectory
 
 #: The shortest step, in spacings of floating-point time.
 LEAST_STEP = 64
@@ -56,7 +55,7 @@ def integrate(problem: Problem, method: Method, options: Options) -> Trajectory:
     if problem.t1 == problem.t0:
         return _at_once(problem, method, options)
     if problem.t1 < problem.t0:
-        from runner.backward import integrate_backward  # noqa: PLC0415 - most runs go forward
+        from qddot.runner.backward import integrate_backward  # noqa: PLC0415 - most runs go forward
 
         found = integrate_backward(problem, method, options)
     else:
@@ -76,7 +75,7 @@ def _at_once(problem: Problem, method: Method, options: Options) -> Trajectory:
     x = np.array(problem.initial_state, dtype=np.float64)
     evaluations = jacobians = 0
     if problem.mass_matrix is not None and np.linalg.matrix_rank(problem.mass_matrix) < len(x):
-        from runner.stiff.consistent import AlgebraicEquations, consistent_state  # noqa: PLC0415 - as above
+        from qddot.runner.stiff.consistent import AlgebraicEquations, consistent_state  # noqa: PLC0415 - as above
 
         rtol, atol = options.tolerances(len(x))
         equations = AlgebraicEquations(problem, t0, t0, np.maximum(atol / rtol, np.finfo(np.float64).tiny))
@@ -84,7 +83,7 @@ def _at_once(problem: Problem, method: Method, options: Options) -> Trajectory:
         evaluations, jacobians = equations.evaluations, equations.jacobians
     extras = {}
     if options.events:
-        from runner.events.kinds import EventLog, names_of, watch_for  # noqa: PLC0415 - as above
+        from qddot.runner.events.kinds import EventLog, names_of, watch_for  # noqa: PLC0415 - as above
 
         watch_for(options.events, len(x))
         none = np.zeros(0)

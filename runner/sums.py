@@ -12,8 +12,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-
-from runner.memory import BLOCK, intrinsic
+from qddot.runner.memory import BLOCK, intrinsic
 
 #: Doubles in a register of 256 bits.
 _NARROW = 4

@@ -3,11 +3,10 @@
 import numpy as np
 import runs
 from numba import njit
-
-from runner.abi import VECTOR_KERNEL
-from runner.inputs.signal import Signal, stack
-from runner.methods import METHODS
-from runner.problem import Trajectory
+from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.inputs.signal import Signal, stack
+from qddot.runner.methods import METHODS
+from qddot.runner.problem import Trajectory
 
 ADAPTIVE = [name for name, method in METHODS.items() if method.family == "adaptive"]
 

@@ -5,9 +5,8 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-
-from codegen.sources import shipped, shipped_names
-from model.system import System
+from qddot.codegen.sources import shipped, shipped_names
+from qddot.model.system import System
 
 MODELS = shipped_names()
 
@@ -25,7 +24,7 @@ def system(name) -> System:
 @pytest.fixture
 def kernels(name) -> ModuleType:
     """The generated module; `py_func` of a kernel runs it without the compiler."""
-    return importlib.import_module(f"generated.{name}")
+    return importlib.import_module(f"qddot.generated.{name}")
 
 
 @pytest.fixture

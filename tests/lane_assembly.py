@@ -3,10 +3,9 @@
 import llvmlite.binding
 import pytest
 from numba import njit
-
-from runner.compiled import ARITHMETIC
-from runner.lanes.kernel import LaneCompiler
-from runner.memory import LEAN
+from qddot.runner.compiled import ARITHMETIC
+from qddot.runner.lanes.kernel import LaneCompiler
+from qddot.runner.memory import LEAN
 
 FEATURES = llvmlite.binding.get_host_cpu_features()
 needs_avx = pytest.mark.skipif(not FEATURES.get("avx"), reason="this machine has no AVX")

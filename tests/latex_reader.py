@@ -14,7 +14,7 @@ OPENING = ("(", r"\bigl(", r"\Bigl(", r"\biggl(")
 CLOSING = (")", r"\bigr)", r"\Bigr)", r"\biggr)")
 BARS = (r"\lvert", r"\bigl|", r"\Bigl|", r"\biggl|"), (r"\rvert", r"\bigr|", r"\Bigr|", r"\biggr|")
 _SIGNS = (*OPENING, *CLOSING, *BARS[0], *BARS[1])
-_COMMANDS = (*FUNCTIONS, *_SIGNS, r"\frac{", r"\tfrac{", r"\sqrt{", r"\cdot", r"\pi", "^{")
+COMMANDS = (*FUNCTIONS, *_SIGNS, r"\frac{", r"\tfrac{", r"\sqrt{", r"\cdot", r"\pi", "^{")
 
 
 class LatexReader:
@@ -22,7 +22,7 @@ class LatexReader:
 
     def __init__(self, names: Mapping[str, float]) -> None:
         self.names = names
-        words = sorted((*names, *_COMMANDS), key=len, reverse=True)
+        words = sorted((*names, *COMMANDS), key=len, reverse=True)
         self.pattern = re.compile("|".join(map(re.escape, words)) + r"|\d+(?:\.\d+)?|[-+/={},e]")
 
     def value(self, text: str) -> float:

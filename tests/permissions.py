@@ -21,7 +21,7 @@ def _give_up() -> None:
 def plainly(*arguments, code=None, **environment):
     """Run qddot, or Python code, as a user to whom permissions apply; `cwd` apart, keywords are its environment."""
     folder = environment.pop("cwd", ROOT)
-    command = [sys.executable, *(["-c", code] if code else [str(ROOT / "qddot.py")]), *map(str, arguments)]
+    command = [sys.executable, *(["-c", code] if code else ["-m", "qddot"]), *map(str, arguments)]
     given = {**os.environ, "PYTHONPATH": str(ROOT), **{name: str(value) for name, value in environment.items()}}
     return subprocess.run(
         command, capture_output=True, text=True, cwd=folder, env=given, timeout=300, check=False, preexec_fn=_give_up

@@ -4,12 +4,11 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-
-from runner.abi import VECTOR_KERNEL
-from runner.inputs.signal import InputTable, stack
-from runner.methods import find_method
-from runner.options import Options
-from runner.problem import Problem, Trajectory
+from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.inputs.signal import InputTable, stack
+from qddot.runner.methods import find_method
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Trajectory
 
 NO_INPUTS = stack([], [])
 

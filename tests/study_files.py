@@ -1,8 +1,7 @@
 """Study files that tests write: right ones, ones with a slip, and that a slip is refused with its place."""
 
 import pytest
-
-from runner.study.read import StudyError
+from qddot.runner.study.read import StudyError
 
 
 def write(folder, text, name="study.toml"):

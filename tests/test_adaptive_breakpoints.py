@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, forced, run
 from numba import njit
-
-from runner.abi import VECTOR_KERNEL
-from runner.inputs.shapes import pulse_train
-from runner.inputs.signal import Signal
-from runner.memory import address, integers
-from runner.problem import Status
+from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.inputs.shapes import pulse_train
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.memory import address, integers
+from qddot.runner.problem import Status
 
 OMEGA, DAMPING = 40.0, 0.05
 C = (OMEGA, DAMPING)

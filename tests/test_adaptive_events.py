@@ -2,11 +2,10 @@ import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, circle, falling, forced, run
 from numba import njit
-
-from runner.abi import VECTOR_KERNEL
-from runner.events.kinds import Event, OutputCrossing, StateCrossing
-from runner.inputs.signal import Signal
-from runner.problem import Status
+from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.events.kinds import Event, OutputCrossing, StateCrossing
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.problem import Status
 
 FALL = np.sqrt(2 * 10 / 9.81)
 

@@ -13,18 +13,18 @@ import pyarrow.parquet
 import pytest
 import xarray
 from batches import STUDY, assert_equal, values, written
+from qddot.runner.batch.grid import open_batch
+from qddot.runner.batch.job import read_job
+from qddot.runner.batch.results import Results
+from qddot.runner.batch.run import computed, opened, run_batch
+from qddot.runner.batch.store import StoreError
+from qddot.runner.study.overrides import parsed
+from qddot.runner.study.read import StudyError
+from qddot.runner.study.row import row_of
+from qddot.runner.study.run import run
 from scipy.integrate import solve_ivp
 
 import qddot
-from runner.batch.grid import open_batch
-from runner.batch.job import read_job
-from runner.batch.results import Results
-from runner.batch.run import computed, opened, run_batch
-from runner.batch.store import StoreError
-from runner.study.overrides import parsed
-from runner.study.read import StudyError
-from runner.study.row import row_of
-from runner.study.run import run
 
 ROOT = Path(__file__).parent.parent
 
@@ -250,7 +250,7 @@ def test_a_grid_has_a_dimension_for_each_axis(store):
 
 
 def test_export_to_csv_and_parquet(store, tmp_path):
-    from runner.batch.export import export
+    from qddot.runner.batch.export import export
 
     table = export(Results(store), tmp_path / "rows.csv").read_text().splitlines()
     assert table[0] == "run,m_s [kg],height [cm],status,failed_at [s],travel [m],dissipated [J]"
@@ -273,7 +273,7 @@ def test_a_batch_runs_outside_the_main_thread(study, tmp_path, store):
 
 
 def test_a_full_disk_leaves_a_store_that_can_be_gone_on_with(store, study, tmp_path, monkeypatch):
-    from runner.batch import store as module
+    from qddot.runner.batch import store as module
 
     path, calls = tmp_path / "full.zarr", []
 
@@ -299,8 +299,8 @@ import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 sys.argv[0] = "qddot"
 import qddot, runner.batch.command
-from runner.batch import block
-from runner.batch.job import read_job
+from qddot.runner.batch import block
+from qddot.runner.batch.job import read_job
 block.warm_up(read_job(__import__("pathlib").Path(sys.argv[2])))
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
 qddot.main()
@@ -320,7 +320,7 @@ def test_a_write_that_fails_is_told_and_can_be_gone_on_with(tmp_path):
 
 
 def command_line(*arguments, cwd):
-    command = [sys.executable, str(ROOT / "qddot.py"), *map(str, arguments)]
+    command = [sys.executable, "-m", "qddot", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 
@@ -349,7 +349,7 @@ def values_attribute(path, name):
 
 
 def test_figures_of_every_kind_are_drawn(store, tmp_path):
-    from runner.report.batch_figures import draw
+    from qddot.runner.report.batch_figures import draw
 
     results = Results(store)
     kinds = {

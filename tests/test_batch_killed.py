@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from batches import STUDY, assert_equal, values, written
-
-from runner.batch.cluster import connected, on_workers
-from runner.batch.job import read_job
-from runner.batch.run import opened, run_batch
-from runner.batch.stopping import Wish
+from qddot.runner.batch.cluster import connected, on_workers
+from qddot.runner.batch.job import read_job
+from qddot.runner.batch.run import opened, run_batch
+from qddot.runner.batch.stopping import Wish
 
 ROOT = Path(__file__).parent.parent
 KILLS = 20
@@ -26,9 +25,9 @@ SERVER = """
 import os, sys
 from pathlib import Path
 import xarray, zarr
-from runner.batch.block import warm_up
-from runner.batch.job import read_job
-from runner.batch.run import run_batch
+from qddot.runner.batch.block import warm_up
+from qddot.runner.batch.job import read_job
+from qddot.runner.batch.run import run_batch
 warm_up(read_job(Path(sys.argv[1])))
 print("ready", flush=True)
 for line in sys.stdin:

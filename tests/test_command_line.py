@@ -10,13 +10,14 @@ from pathlib import Path
 import pytest
 import xarray
 
-from qddot import _COMMANDS, _parser
+from qddot.command_line import parser
+from qddot.commands import COMMANDS
 
 ROOT = Path(__file__).parent.parent
 
 
 def qddot(*arguments, cwd=ROOT):
-    command = [sys.executable, str(ROOT / "qddot.py"), *map(str, arguments)]
+    command = [sys.executable, "-m", "qddot", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 
@@ -114,11 +115,11 @@ NEEDED = {
 }
 
 
-@pytest.mark.parametrize("name", _COMMANDS)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_gives_its_function_what_it_takes(name):
-    given = vars(_parser().parse_args([name, *NEEDED.get(name, [])]))
+    given = vars(parser().parse_args([name, *NEEDED.get(name, [])]))
     assert given.pop("command") == name
-    function = _COMMANDS[name].function
+    function = COMMANDS[name].function
     if isinstance(function, partial):
         room, function_name = function.args
         function = getattr(import_module(room), function_name)
@@ -126,13 +127,13 @@ def test_a_command_gives_its_function_what_it_takes(name):
 
 
 def test_words_repeated_and_switched_off_arrive():
-    given = vars(_parser().parse_args(["run", "a.toml", "--set", "x=1", "--set", "y=2", "--no-figure", "--row", "3"]))
+    given = vars(parser().parse_args(["run", "a.toml", "--set", "x=1", "--set", "y=2", "--no-figure", "--row", "3"]))
     assert given["settings"] == ["x=1", "y=2"]
     assert given["figure"] is False
     assert given["row"] == 3
-    assert vars(_parser().parse_args(["run", "a.toml"]))["settings"] == []
-    assert vars(_parser().parse_args(["compare", "a.txt", "--json"]))["form"] == "json"
-    assert vars(_parser().parse_args(["compare", "a.txt"]))["form"] == "text"
+    assert vars(parser().parse_args(["run", "a.toml"]))["settings"] == []
+    assert vars(parser().parse_args(["compare", "a.txt", "--json"]))["form"] == "json"
+    assert vars(parser().parse_args(["compare", "a.txt"]))["form"] == "text"
 
 
 def test_a_mistyped_command_or_option_is_refused_and_no_command_shows_the_help():
@@ -146,7 +147,7 @@ def test_a_mistyped_command_or_option_is_refused_and_no_command_shows_the_help()
 
 
 def test_output_that_nobody_reads_any_more_is_no_error():
-    command = [sys.executable, str(ROOT / "qddot.py"), "schema"]
+    command = [sys.executable, "-m", "qddot", "schema"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
         process.stdout.close()
         assert process.stderr.read() == b""

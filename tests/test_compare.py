@@ -15,15 +15,14 @@ import symengine as se
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from codegen.calculus import terms
-from codegen.compare.command import run
-from codegen.compare.difference import compare
-from codegen.compare.sheet import read
-from codegen.compare.tree import CompareError
-from codegen.equations.typeset import TypesetError, pdf
-from codegen.lagrange import derive
-from codegen.sources import shipped
+from qddot.codegen.calculus import terms
+from qddot.codegen.compare.command import run
+from qddot.codegen.compare.difference import compare
+from qddot.codegen.compare.sheet import read
+from qddot.codegen.compare.tree import CompareError
+from qddot.codegen.equations.typeset import TypesetError, pdf
+from qddot.codegen.lagrange import derive
+from qddot.codegen.sources import shipped
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper"
@@ -303,7 +302,7 @@ def test_equal_equations_exit_with_0_and_slips_with_2(tmp_path, capsys):
     path.write_text("q_2: m_2*qddot_2 + (k_2 + k_7)*q_2 = -m_2*g")
     assert run(path, "one_axle", "text") == 0
     assert "1 of 1 equation is equal to the one derived" in capsys.readouterr().out
-    command = [sys.executable, "qddot.py", "compare", str(path)]
+    command = [sys.executable, "-m", "qddot", "compare", str(path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from runner.inputs.csv_table import table_from_csv
-from runner.inputs.tables import resampled
+from qddot.runner.inputs.csv_table import table_from_csv
+from qddot.runner.inputs.tables import resampled
 
 
 @pytest.fixture

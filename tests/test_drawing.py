@@ -5,9 +5,8 @@ import signal
 
 import numpy as np
 import pytest
-
-from runner.report.background import Drawing
-from runner.report.curves import Curve, Curves
+from qddot.runner.report.background import Drawing
+from qddot.runner.report.curves import Curve, Curves
 
 
 @pytest.fixture

@@ -11,13 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit, types
-
-from runner import abi
-from runner.compiled import ARITHMETIC
-from runner.lanes.calls import doubles
-from runner.lanes.elementary import FORMS
-from runner.lanes.kernel import LaneCompiler
-from runner.memory import LEAN
+from qddot.runner import abi
+from qddot.runner.compiled import ARITHMETIC
+from qddot.runner.lanes.calls import doubles
+from qddot.runner.lanes.elementary import FORMS
+from qddot.runner.lanes.kernel import LaneCompiler
+from qddot.runner.memory import LEAN
 
 mpmath.mp.prec = 200
 LANES = abi.LANES

@@ -9,16 +9,15 @@ import pytest
 from displayed import MODELS, documents
 from hypothesis import given
 from hypothesis import strategies as st
-
-from codegen.equations.latex_script import LatexScript
-from codegen.equations.latex_text import escape, unit
-from codegen.equations.layout import Box, beside, joined, lines
-from codegen.equations.page import html
-from codegen.equations.terminal import text
-from codegen.equations.tex import tex
-from codegen.equations.typeset import TypesetError, pdf
-from codegen.equations.typesetter import Typesetter
-from codegen.equations.unicode_script import columns
+from qddot.codegen.equations.latex_script import LatexScript
+from qddot.codegen.equations.latex_text import escape, unit
+from qddot.codegen.equations.layout import Box, beside, joined, lines
+from qddot.codegen.equations.page import html
+from qddot.codegen.equations.terminal import text
+from qddot.codegen.equations.tex import tex
+from qddot.codegen.equations.typeset import TypesetError, pdf
+from qddot.codegen.equations.typesetter import Typesetter
+from qddot.codegen.equations.unicode_script import columns
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")

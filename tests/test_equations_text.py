@@ -10,15 +10,14 @@ from pathlib import Path
 import pytest
 from displayed import MODELS, at, derived, displays, documents, motion_residual, printed, random_point
 from latex_reader import LatexReader, terminal_value
-
-from codegen.equations.latex_script import LatexScript
-from codegen.equations.latex_text import escape
-from codegen.equations.page import html
-from codegen.equations.spelling import Spelling, spelling
-from codegen.equations.terminal import text
-from codegen.equations.tex import tex
-from codegen.equations.typesetter import Typesetter
-from codegen.equations.unicode_script import UnicodeScript
+from qddot.codegen.equations.latex_script import LatexScript
+from qddot.codegen.equations.latex_text import escape
+from qddot.codegen.equations.page import html
+from qddot.codegen.equations.spelling import Spelling, spelling
+from qddot.codegen.equations.terminal import text
+from qddot.codegen.equations.tex import tex
+from qddot.codegen.equations.typesetter import Typesetter
+from qddot.codegen.equations.unicode_script import UnicodeScript
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -121,12 +120,12 @@ def test_every_coordinate_has_its_equation_and_every_symbol_its_meaning(name):
 def test_the_texts_are_the_same_under_any_hash_seed():
     code = """
 import hashlib
-from codegen.lagrange import derive
-from codegen.equations.notation import describe
-from codegen.equations.page import html
-from codegen.equations.terminal import text
-from codegen.equations.tex import tex
-from model import double_pendulum, m113, pendulum
+from qddot.codegen.lagrange import derive
+from qddot.codegen.equations.notation import describe
+from qddot.codegen.equations.page import html
+from qddot.codegen.equations.terminal import text
+from qddot.codegen.equations.tex import tex
+from qddot.model import double_pendulum, m113, pendulum
 digest = hashlib.sha256()
 for system in (m113.system(), double_pendulum.system(), pendulum.system(5)):
     document = describe(derive(system), f"model/{system.name}.py")

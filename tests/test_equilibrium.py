@@ -1,11 +1,10 @@
 import numpy as np
 import pytest
-
-from runner.equilibrium import EquilibriumError, equilibrium
-from runner.inputs.shapes import sine
-from runner.load import load
-from runner.modes import modes
-from runner.simulate import simulate
+from qddot.runner.equilibrium import EquilibriumError, equilibrium
+from qddot.runner.inputs.shapes import sine
+from qddot.runner.load import load
+from qddot.runner.modes import modes
+from qddot.runner.simulate import simulate
 
 
 @pytest.fixture(scope="module")

@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
+from qddot.runner import abi
+from qddot.runner.exact import ladder, run, taylor
+from qddot.runner.inputs.signal import stack
+from qddot.runner.inputs.tables import table
+from qddot.runner.load import available, load
+from qddot.runner.methods import find_method
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Status
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import qddot
-from runner import abi
-from runner.exact import ladder, run, taylor
-from runner.inputs.signal import stack
-from runner.inputs.tables import table
-from runner.load import available, load
-from runner.methods import find_method
-from runner.options import Options
-from runner.problem import Problem, Status
 
 LINEAR = [name for name in available() if load(name).tables.linear]
 
@@ -72,12 +72,12 @@ PUSHED = np.array([[0.0, 0.0], [1.0, 0.0]])
 def roads(model):
     """Something different for each input: a sine road, a table, a spline, pulses."""
     kinds = [
-        qddot.sine(0.02, 1.7, 0.4, 0.01),
+        qddot.signal.sine(0.02, 1.7, 0.4, 0.01),
         table(np.array([-1.0, 0.3, 0.45, 2.0]), np.array([0.0, 0.02, -0.01, 0.03])).shifted(1.3, -0.4),
         table(np.linspace(-2.0, 1.0, 9), 0.02 * np.cos(np.arange(9.0)), "cubic").shifted(-1.1, 0.7),
-        qddot.sine(0.01, 2.9).shifted(0.8, 0.2),
+        qddot.signal.sine(0.01, 2.9).shifted(0.8, 0.2),
         0.015,
-        qddot.pulse_train(times=[0.2, 0.5], duration=0.1, impulse=605.0),
+        qddot.signal.pulse_train(times=[0.2, 0.5], duration=0.1, impulse=605.0),
     ]
     names = [channel.name for channel in model.tables.inputs if not channel.rate_of]
     return dict(zip(names, kinds, strict=False))
@@ -111,7 +111,7 @@ def _matrices(model):
 
 def test_undamped_resonance_grows_linearly():
     w = 3.0
-    signal = qddot.sine(1.0, w / (2 * np.pi))
+    signal = qddot.signal.sine(1.0, w / (2 * np.pi))
     s = propagate([[0, 1], [-w * w, 0]], PUSHED, [0, 0], (0, 100), [signal])
     w = signal.pieces[0, 6]
     exact = (np.sin(w * s.t) - w * s.t * np.cos(w * s.t)) / (2 * w * w)
@@ -131,7 +131,7 @@ def test_critical_damping_has_one_eigenvector_only():
 
 
 def test_an_input_much_faster_than_the_system_does_not_spoil_it():
-    signal = qddot.sine(1.0, 1e5 / (2 * np.pi))
+    signal = qddot.signal.sine(1.0, 1e5 / (2 * np.pi))
     w = signal.pieces[0, 6]
     s = propagate([[0, 1], [-1, 0]], PUSHED, [1.0, 0.0], (0, 10), [signal], output_times=[10.0])
     exact = np.cos(10.0) + (np.sin(w * 10) - w * np.sin(10.0)) / (1 - w * w)
@@ -139,7 +139,7 @@ def test_an_input_much_faster_than_the_system_does_not_spoil_it():
 
 
 def test_a_sine_too_fast_for_any_rung_of_the_grid_is_survived():
-    signal = qddot.sine(1.0, 1e14)
+    signal = qddot.signal.sine(1.0, 1e14)
     s = propagate([[0, 1], [-1, 0]], PUSHED, [1.0, 0.0], (0, 4e-11), [signal], step=1e-11)
     np.testing.assert_allclose(s.states[:, 0], 1.0, rtol=0, atol=1e-12)
 
@@ -170,7 +170,7 @@ def test_many_states_fill_several_panels():
     n = 37
     A = random.standard_normal((n, n)) - 6 * np.eye(n)
     B = random.standard_normal((n, 3))
-    signals = [qddot.sine(1.0, 0.8, 0.3), table(np.array([0.0, 0.7, 2.0]), np.array([0.0, 1.0, -1.0]))]
+    signals = [qddot.signal.sine(1.0, 0.8, 0.3), table(np.array([0.0, 0.7, 2.0]), np.array([0.0, 1.0, -1.0]))]
     times = np.linspace(0, 2, 9)
     s = propagate(A, B, np.ones(n), (0, 2), signals, output_times=times)
     np.testing.assert_allclose(s.states, reference(A, B, np.ones(n), times, signals), rtol=0, atol=1e-11)
@@ -195,7 +195,7 @@ def test_uneven_tables_read_either_way_and_their_rates(gaps, kind, rate, offset,
 
 @pytest.mark.parametrize("shape", ["half_sine", "triangle", "trapezoid"])
 def test_pulses_are_met_at_their_edges_in_one_jump(shape):
-    signal = qddot.pulse_train(shape, times=[0.5, 0.55, 7.0], duration=0.1, peak=3.0)
+    signal = qddot.signal.pulse_train(shape, times=[0.5, 0.55, 7.0], duration=0.1, peak=3.0)
     s = propagate(OSCILLATOR, PUSHED, [0.0, 0.0], (0, 10), [signal], output_times=[10.0])
     expected = reference(OSCILLATOR, PUSHED, [0.0, 0.0], np.array([0.0, 10.0]), [signal])
     np.testing.assert_allclose(s.states, expected, rtol=0, atol=2e-11)
@@ -203,7 +203,7 @@ def test_pulses_are_met_at_their_edges_in_one_jump(shape):
 
 
 def test_sines_and_their_rates_with_negative_and_no_rate():
-    wave = qddot.sine(1.0, 0.5, 0.7)
+    wave = qddot.signal.sine(1.0, 0.5, 0.7)
     for rate, order in ((-1.3, 0), (-1.3, 1), (0.0, 0), (2.0, 1)):
         signal = wave.shifted(rate, 0.4)
         s = propagate(OSCILLATOR, PUSHED, [0.1, 0.0], (0, 4), [signal], [order], output_times=[0.05, 4.0])
@@ -222,7 +222,7 @@ def test_a_grid_a_jump_and_scattered_times_give_the_same():
 
 
 def test_slices_change_nothing(monkeypatch):
-    case = ([[0, 1], [-9, -0.1]], PUSHED, [1.0, 0.0], (0, 3), [qddot.sine(1.0, 0.9)])
+    case = ([[0, 1], [-9, -0.1]], PUSHED, [1.0, 0.0], (0, 3), [qddot.signal.sine(1.0, 0.9)])
     whole = propagate(*case)
     monkeypatch.setattr(run, "SLICE_WORK", 1.0)
     reports = []

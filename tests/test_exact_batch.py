@@ -2,21 +2,21 @@
 
 import numpy as np
 import pytest
+from qddot.runner.exact.batch import propagate_batch
+from qddot.runner.inputs.shapes import constant
+from qddot.runner.inputs.tables import table
+from qddot.runner.load import load
+from qddot.runner.problem import Status
 
 import qddot
-from runner.exact.batch import propagate_batch
-from runner.inputs.shapes import constant
-from runner.inputs.tables import table
-from runner.load import load
-from runner.problem import Status
 
 RUNS, SAMPLES = 37, 41
 SIGNALS = (
     constant(0.0),
-    qddot.sine(0.02, 0.6, 0.3),
+    qddot.signal.sine(0.02, 0.6, 0.3),
     table(np.array([-9.0, 0.3, 0.45, 20.0]), np.array([0.0, 0.02, -0.01, 0.03])),
     table(np.linspace(-9.0, 20.0, 40), 0.02 * np.cos(np.arange(40.0)), "cubic"),
-    qddot.pulse_train(times=[0.0], duration=0.1, impulse=605.0),
+    qddot.signal.pulse_train(times=[0.0], duration=0.1, impulse=605.0),
 )
 
 

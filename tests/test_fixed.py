@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import njit
+from qddot.runner.explicit.tableau import EULER, HEUN, MIDPOINT, RK4
+from qddot.runner.inputs.shapes import pulse_train, sine
+from qddot.runner.inputs.tables import table
+from qddot.runner.load import load
+from qddot.runner.problem import Status
+from qddot.runner.simulate import IntegrationError, simulate, solve
 from runs import exploding
-
-from runner.explicit.tableau import EULER, HEUN, MIDPOINT, RK4
-from runner.inputs.shapes import pulse_train, sine
-from runner.inputs.tables import table
-from runner.load import load
-from runner.problem import Status
-from runner.simulate import IntegrationError, simulate, solve
 
 PAGES = [EULER, HEUN, MIDPOINT, RK4]
 OMEGA = 5.0  # of the undamped oscillator, sqrt(50 / 2) rad/s
@@ -242,7 +241,7 @@ def test_interrupt_keeps_the_part_computed(monkeypatch):
     def stop(fraction):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("runner.slices.REPORT_INTERVAL", 0.0)
+    monkeypatch.setattr("qddot.runner.slices.REPORT_INTERVAL", 0.0)
     run = solve(swinging, (0, 1), [1.0], step=1e-6, progress=stop, on_failure="return")
     assert run.status is Status.INTERRUPTED
     assert 0 < run.t[-1] < 1
@@ -251,9 +250,9 @@ def test_interrupt_keeps_the_part_computed(monkeypatch):
 def test_slices_do_not_change_the_result(monkeypatch, oscillator):
     force = pulse_train(times=[0.2, 0.7], peak=3.0, duration=0.1)
     whole = simulate(oscillator, (0, 1), step=1e-3, inputs={"F": force})
-    monkeypatch.setattr("runner.explicit.fixed.SLICE_WORK", 1)
+    monkeypatch.setattr("qddot.runner.explicit.fixed.SLICE_WORK", 1)
     seen = []
-    monkeypatch.setattr("runner.slices.REPORT_INTERVAL", 0.0)
+    monkeypatch.setattr("qddot.runner.slices.REPORT_INTERVAL", 0.0)
     sliced = simulate(oscillator, (0, 1), step=1e-3, inputs={"F": force}, progress=seen.append)
     np.testing.assert_array_equal(sliced.values, whole.values)
     assert len(seen) > 50
@@ -282,9 +281,9 @@ def test_wrong_argument_is_named(given, message):
 
 
 SECOND_PROCESS = """
-from runner.explicit import fixed
-from runner.load import load
-from runner.simulate import simulate
+from qddot.runner.explicit import fixed
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
 
 model = load("tests/sample_models/oscillator.py")
 for method in ("rk4", "euler"):

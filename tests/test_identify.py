@@ -9,20 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from qddot.runner.identify.figure import draw
+from qddot.runner.identify.fit import fit
+from qddot.runner.identify.judge import judge
+from qddot.runner.identify.measure import measured
+from qddot.runner.identify.problem import read
+from qddot.runner.identify.schema import Observation
+from qddot.runner.identify.store import estimates, save
+from qddot.runner.inputs.shapes import pulse_train, sine
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
+from qddot.runner.study.read import StudyError
+from qddot.runner.study.run import run_study
 from scipy.stats import binomtest, chi2
-
-from runner.identify.figure import draw
-from runner.identify.fit import fit
-from runner.identify.judge import judge
-from runner.identify.measure import measured
-from runner.identify.problem import read
-from runner.identify.schema import Observation
-from runner.identify.store import estimates, save
-from runner.inputs.shapes import pulse_train, sine
-from runner.load import load
-from runner.simulate import simulate
-from runner.study.read import StudyError
-from runner.study.run import run_study
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper"
@@ -261,7 +260,7 @@ def test_observations_that_cannot_be_are_refused(tmp_path, observation, message)
 
 def test_the_papers_five_displacements(tmp_path):
     """With the printed damping no pulse and arm meet all five; the file in studies/paper is what the command writes."""
-    command = [sys.executable, "qddot.py", "identify", "studies/paper/identify_recoil.toml", "--json", "--into"]
+    command = [sys.executable, "-m", "qddot", "identify", "studies/paper/identify_recoil.toml", "--json", "--into"]
     done = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)

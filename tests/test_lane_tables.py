@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lane_assembly import FEATURES, SCALAR, fresh, needs_avx
+from qddot.runner.lanes.guides import guide_for, hops_of, is_even
+from qddot.runner.lanes.samples import interpolate, weigh
+from qddot.runner.lanes.signals import stack_runs
+from qddot.runner.lanes.tables import EVEN, GUIDED, find_even, find_guided, go_on, measure, read_pieces
 
 import qddot
-from runner.lanes.guides import guide_for, hops_of, is_even
-from runner.lanes.samples import interpolate, weigh
-from runner.lanes.signals import stack_runs
-from runner.lanes.tables import EVEN, GUIDED, find_even, find_guided, go_on, measure, read_pieces
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ LENGTHS = {
 )
 def test_runs_share_the_points_of_a_road(m113, kind, lengths, way, method):
     places = -5 + np.cumsum(LENGTHS[lengths])
-    road = qddot.table(places, 0.02 * np.sin(2 * places) + 0.01 * np.cos(5 * places), kind=kind)
+    road = qddot.signal.table(places, 0.02 * np.sin(2 * places) + 0.01 * np.cos(5 * places), kind=kind)
     speeds, names = np.linspace(3, 8, 10) * np.resize([1, -1], 10), [f"z_{i}" for i in range(1, 6)]
     inputs = {name: qddot.per_run(road, rate=speeds, offset=0.66 * i) for i, name in enumerate(names)}
     table = stack_runs(m113.tables, inputs, 10)
@@ -65,7 +65,7 @@ def test_runs_share_the_points_of_a_road(m113, kind, lengths, way, method):
 @given(st.lists(st.floats(0.2, 1.0), min_size=17, max_size=60), st.floats(0.0, 1.0))
 def test_a_guide_and_its_hops_find_the_piece(lengths, part):
     starts = np.cumsum(lengths)
-    pieces = qddot.table(starts, np.sin(starts)).pieces
+    pieces = qddot.signal.table(starts, np.sin(starts)).pieces
     guide = guide_for(pieces)
     assert len(guide) > 0
     tau = starts[0] - 0.5 + part * (starts[-1] - starts[0] + 1.0)
@@ -75,11 +75,11 @@ def test_a_guide_and_its_hops_find_the_piece(lengths, part):
 
 
 def test_only_tables_without_sines_are_found_by_computing():
-    wave = qddot.pulse_train(times=np.arange(40.0), duration=0.5, impulse=1.0)
+    wave = qddot.signal.pulse_train(times=np.arange(40.0), duration=0.5, impulse=1.0)
     assert not is_even(wave.pieces)
     assert len(guide_for(wave.pieces)) == 0
-    assert is_even(qddot.table(np.arange(40.0), np.arange(40.0) ** 2).pieces)
-    assert not is_even(qddot.table(np.arange(10.0), np.arange(10.0) ** 2).pieces)
+    assert is_even(qddot.signal.table(np.arange(40.0), np.arange(40.0) ** 2).pieces)
+    assert not is_even(qddot.signal.table(np.arange(10.0), np.arange(10.0) ** 2).pieces)
 
 
 #: A look at the guide is a gather and little else: without AVX-512 the compiler rightly finds eight loads cheaper.

@@ -8,14 +8,14 @@ import pytest
 from conftest import MODELS
 from lane_assembly import FEATURES, PACKED, SCALAR, fresh, needs_avx
 from numba import types
+from qddot.runner import abi
+from qddot.runner.lanes.batch import IN_LANES
+from qddot.runner.lanes.kernel import lane_rhs
+from qddot.runner.lanes.vectors import combine, estimate_errors
+from qddot.runner.methods import METHODS
+from qddot.runner.problem import Status
 
 import qddot
-from runner import abi
-from runner.lanes.batch import IN_LANES
-from runner.lanes.kernel import lane_rhs
-from runner.lanes.vectors import combine, estimate_errors
-from runner.methods import METHODS
-from runner.problem import Status
 
 RTOL = 1e-6
 
@@ -34,8 +34,8 @@ def random_runs(model, runs, seed=3):
     rng = np.random.default_rng(seed)
     p = model.parameter_values() * rng.uniform(0.9, 1.1, (runs, len(model.tables.parameters)))
     x = rng.uniform(-0.3, 0.3, (runs, len(model.state_names)))
-    pulse = qddot.pulse_train(times=[0.0], peak=1.0, duration=0.03)
-    wave = qddot.sine(0.02, 1.0)
+    pulse = qddot.signal.pulse_train(times=[0.0], peak=1.0, duration=0.03)
+    wave = qddot.signal.sine(0.02, 1.0)
     names = [c.name for c in model.tables.inputs if not c.rate_of]
     inputs = {
         name: qddot.per_run(
@@ -149,11 +149,11 @@ def test_a_run_that_diverges_says_when_and_by_which_state_as_it_does_alone():
 
 def test_every_lane_lands_on_its_own_breakpoints(m113_model):
     shots = np.linspace(0.0301, 0.15017, 13)
-    pulse = qddot.pulse_train(times=[0.0], duration=0.02, impulse=605.0)
+    pulse = qddot.signal.pulse_train(times=[0.0], duration=0.02, impulse=605.0)
     settings = {"parameters": "as_run_unloaded", "method": "dop853", "rtol": 1e-9, "atol": 1e-12}
     batch = qddot.simulate_batch(m113_model, (0, 0.3), inputs={"F": qddot.per_run(pulse, offset=-shots)}, **settings)
     for run, shot in enumerate(shots):
-        one = qddot.pulse_train(times=[shot], duration=0.02, impulse=605.0)
+        one = qddot.signal.pulse_train(times=[shot], duration=0.02, impulse=605.0)
         solution = qddot.simulate(m113_model, (0, 0.3), inputs={"F": one}, **settings)
         np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-11)
 
@@ -194,7 +194,7 @@ def test_samples_outside_a_run_are_missing(m113_model):
 
 def test_inputs_may_be_one_mapping_for_each_run(m113_model):
     settings = {"parameters": "as_run_unloaded", "step": 1e-3}
-    mappings = [{"F": 100.0}, {}, {"F": qddot.sine(50.0, 3.0)}]
+    mappings = [{"F": 100.0}, {}, {"F": qddot.signal.sine(50.0, 3.0)}]
     batch = qddot.simulate_batch(m113_model, (0, 0.05), inputs=mappings, **settings)
     for run, inputs in enumerate(mappings):
         solution = qddot.simulate(m113_model, (0, 0.05), method="rk4", inputs=inputs, **settings)
@@ -261,7 +261,7 @@ def test_the_sums_of_a_step_are_vectors_throughout():
 def test_a_model_that_calls_a_function_without_vectors_runs_alone_with_the_same_results(m113_model, monkeypatch):
     settings = {"step": 1e-3, "parameters": ("as_run_unloaded", {"m_6": [9e3, 1e4]}), "samples": 3, "names": ["pitch"]}
     lanes = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
-    monkeypatch.setattr("runner.lanes.batch.lane_rhs", lambda model: None)
+    monkeypatch.setattr("qddot.runner.lanes.batch.lane_rhs", lambda model: None)
     lone = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
     assert lanes.in_lanes
     assert not lone.in_lanes

@@ -16,10 +16,11 @@ class Listener(event.Listener):
     def on_end(self, ended):
         pass
 event.register("numba:compile", Listener())
-from runner.lanes import adaptive, fixed
-from runner.exact.batch import _compiled_runs
-from runner.methods import find_method
-model, road = qddot.load("quarter_car"), qddot.table(numpy.arange(40.0) - 9, numpy.sin(numpy.arange(40.0)), "cubic")
+from qddot.runner.lanes import adaptive, fixed
+from qddot.runner.exact.batch import _compiled_runs
+from qddot.runner.methods import find_method
+model, at = qddot.load("quarter_car"), numpy.arange(40.0)
+road = qddot.signal.table(at - 9, numpy.sin(at), "cubic")
 for method in ("rk4", "dop853", "exact"):
     step = {"step": 1e-3} if method == "rk4" else {}
     qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, inputs={"z_r": road}, samples=3, names=["z_s"], **step)

@@ -6,13 +6,12 @@ from displayed import at, derived, random_point
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from latex_reader import LatexReader
-
-from codegen.equations.latex_script import LatexScript
-from codegen.equations.layout import lines
-from codegen.equations.legible import legible
-from codegen.equations.order import Order
-from codegen.equations.reading import Reader
-from codegen.equations.typesetter import Typesetter
+from qddot.codegen.equations.latex_script import LatexScript
+from qddot.codegen.equations.layout import lines
+from qddot.codegen.equations.legible import legible
+from qddot.codegen.equations.order import Order
+from qddot.codegen.equations.reading import Reader
+from qddot.codegen.equations.typesetter import Typesetter
 
 PENDULUM = derived("double_pendulum")
 LEAVES = [se.Symbol(name) for name in ("m_1", "l_1", "g", "theta_1", "theta_2", "thetadot_1", "thetadot_2", "t")]

@@ -2,9 +2,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from runner.load import LoadError, available, load
-from runner.simulate import prepare, simulate
+from qddot.runner.load import LoadError, available, load
+from qddot.runner.simulate import prepare, simulate
 
 SAMPLE = Path("tests/sample_models/oscillator.py")
 STATE_ROW = '    ("q_1", "m", "displacement of the mass"),\n'

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from qddot.runner.metrics.measure import Request, measure
+from qddot.runner.metrics.table import METRICS, compiled_metric
+from qddot.runner.metrics.weighting import TOLERANCE, WEIGHTINGS, digital, digital_gain, error, slowest
+from qddot.runner.tables import Quantity
 from scipy import signal
-
-from runner.metrics.measure import Request, measure
-from runner.metrics.table import METRICS, compiled_metric
-from runner.metrics.weighting import TOLERANCE, WEIGHTINGS, digital, digital_gain, error, slowest
-from runner.tables import Quantity
 
 X = Quantity("x", "m", "a displacement")
 A = Quantity("a", "m/s^2", "an acceleration")

@@ -5,9 +5,9 @@ from random import Random
 import counted
 import pytest
 
-from codegen.lagrange import derive
-from codegen.lower import lower
-from codegen.sources import shipped, shipped_names
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower
+from qddot.codegen.sources import shipped, shipped_names
 
 #: Operations of the equations in `counted`, as they count themselves.
 BY_HAND = {

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-
-from runner.options import Options
+from qddot.runner.options import Options
 
 
 @pytest.mark.parametrize(

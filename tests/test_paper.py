@@ -9,21 +9,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from qddot.runner.load import load
+from qddot.runner.metrics.weighting import WEIGHTINGS
+from qddot.runner.paper.claims import Judged, judge, read, verdict
+from qddot.runner.paper.command import paper
+from qddot.runner.paper.drive import _Field
+from qddot.runner.paper.firing import STEP, _dose
+from qddot.runner.paper.phase import phase
+from qddot.runner.paper.reproduce import reproduce
+from qddot.runner.paper.schema import Claim
+from qddot.runner.paper.section_figures import draw_all
+from qddot.runner.paper.studies import Studies, case
+from qddot.runner.study.read import StudyError
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-
-from runner.load import load
-from runner.metrics.weighting import WEIGHTINGS
-from runner.paper.claims import Judged, judge, read, verdict
-from runner.paper.command import paper
-from runner.paper.drive import _Field
-from runner.paper.firing import STEP, _dose
-from runner.paper.phase import phase
-from runner.paper.reproduce import reproduce
-from runner.paper.schema import Claim
-from runner.paper.section_figures import draw_all
-from runner.paper.studies import Studies, case
-from runner.study.read import StudyError
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper" / "paper.toml"
@@ -216,7 +215,7 @@ def test_the_command_exits_with_1_where_a_claim_no_longer_holds(tmp_path, monkey
     again = judge(given, Studies(tmp_path), found.numbers)
     assert [each.name for each in again if each.worse and not each.claim.where.startswith("4")] == ["points_ode45"]
     broken = type(found)(**{**vars(found), "claims": again, "paper": given})
-    monkeypatch.setattr("runner.paper.command.reproduce", lambda path, bar, parameters: broken)
+    monkeypatch.setattr("qddot.runner.paper.command.reproduce", lambda path, bar, parameters: broken)
     assert paper(path, tmp_path / "out", as_json=False) == 1
     assert "worse than when last looked at" in capsys.readouterr().out
     said = json.loads((tmp_path / "out" / "claims.json").read_text())
@@ -232,7 +231,7 @@ def test_the_table_in_the_readme_is_that_of_the_claims():
 
 
 def test_a_missing_file_ends_in_one_message(tmp_path):
-    command = [sys.executable, "qddot.py", "paper", "--claims", str(tmp_path / "none.toml")]
+    command = [sys.executable, "-m", "qddot", "paper", "--claims", str(tmp_path / "none.toml")]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")

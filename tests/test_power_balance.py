@@ -36,15 +36,15 @@ def drive(module):
         phase = 0.3 * len(rate_of or name)
         if rate_of:
             omega = 2 * np.pi * FREQUENCY
-            channels.append(qddot.sine(omega * size, FREQUENCY, phase + np.pi / 2))
+            channels.append(qddot.signal.sine(omega * size, FREQUENCY, phase + np.pi / 2))
         else:
-            channels.append(qddot.sine(size, FREQUENCY, phase))
+            channels.append(qddot.signal.sine(size, FREQUENCY, phase))
     return channels
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_power_balance_along_a_trajectory(name):
-    module, model = importlib.import_module(f"generated.{name}"), qddot.load(name)
+    module, model = importlib.import_module(f"qddot.generated.{name}"), qddot.load(name)
     parameters = {row[0]: 0.05 for row in module.PARAMETER if row[1] == 0.0}  # pendulums get their dampers
     c = model.constants(model.parameter_values(parameters))
     n = len(module.STATE)

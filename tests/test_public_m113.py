@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from qddot.runner.load import load
+from qddot.runner.modes import modes
+from qddot.runner.paper.claims import Judged, read, verdict
+from qddot.runner.paper.schema import Claim
+from qddot.runner.paper.studies import Studies
+from qddot.runner.paper.tables import claims_page
 
 import qddot
-from runner.load import load
-from runner.modes import modes
-from runner.paper.claims import Judged, read, verdict
-from runner.paper.schema import Claim
-from runner.paper.studies import Studies
-from runner.paper.tables import claims_page
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper" / "paper.toml"
@@ -100,7 +100,7 @@ def test_the_table_of_claims_is_markdown():
 
 
 def test_a_set_that_is_not_there_is_named_before_anything_is_computed(tmp_path):
-    command = [sys.executable, "qddot.py", "paper", "--parameters", "public_unlaoded", "--into", str(tmp_path)]
+    command = [sys.executable, "-m", "qddot", "paper", "--parameters", "public_unlaoded", "--into", str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")

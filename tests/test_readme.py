@@ -9,19 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from netCDF4 import Dataset
+from readme import README, block
 from scipy.integrate import solve_ivp
 
 ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text()
-
-
-def block(name, language):
-    """The text of the fenced block under the comment with this name."""
-    return README.split(f"<!-- {name} -->")[1].split(f"```{language}\n")[1].split("```")[0]
 
 
 def qddot(*arguments, cwd):
-    command = [sys.executable, str(ROOT / "qddot.py"), *arguments]
+    command = [sys.executable, "-m", "qddot", *arguments]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
-from runner.inputs.shapes import pulse_train
-from runner.inputs.signal import START
+from qddot.runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
+from qddot.runner.inputs.shapes import pulse_train
+from qddot.runner.inputs.signal import START
 
 starts = st.lists(st.floats(-10, 10), min_size=1, max_size=6)
 

@@ -8,11 +8,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-
-from runner.paper.command import PAPER
-from runner.paper.report import report
-from runner.report.page import Section, table, write_page
-from runner.report.pdf import browser, print_page
+from qddot.runner.paper.command import PAPER
+from qddot.runner.paper.report import report
+from qddot.runner.report.page import Section, table, write_page
+from qddot.runner.report.pdf import browser, print_page
 
 ROOT = Path(__file__).parent.parent
 BROWSER = browser()
@@ -53,7 +52,8 @@ def page(tmp_path_factory):
     (folder / "claims.json").write_text(json.dumps({"claims": [claim]}))
     command = [
         sys.executable,
-        "qddot.py",
+        "-m",
+        "qddot",
         "report",
         "--claims",
         folder / "claims.json",
@@ -149,7 +149,8 @@ def test_on_a_phone_and_in_the_dark_nothing_is_wider_than_the_screen(page, tmp_p
 
 
 def test_without_claims_the_command_says_what_to_do(tmp_path):
-    command = [sys.executable, "qddot.py", "report", "--claims", tmp_path / "none.json", "--into", tmp_path / "r.html"]
+    claims, page = tmp_path / "none.json", tmp_path / "r.html"
+    command = [sys.executable, "-m", "qddot", "report", "--claims", claims, "--into", page]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 2
     assert "`qddot paper` writes it" in done.stderr

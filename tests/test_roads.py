@@ -8,19 +8,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from qddot.runner.equilibrium import equilibrium
+from qddot.runner.inputs.drive import Way, drive, roads_at
+from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density, random_road, road_class
+from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, step, wave
+from qddot.runner.inputs.shapes import constant
+from qddot.runner.inputs.signal import START
+from qddot.runner.inputs.tables import table
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import welch
-
-from runner.equilibrium import equilibrium
-from runner.inputs.drive import Way, drive, roads_at
-from runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density, random_road, road_class
-from runner.inputs.roads import cosine_bump, pothole, ramp, step, wave
-from runner.inputs.shapes import constant
-from runner.inputs.signal import START
-from runner.inputs.tables import table
-from runner.load import load
-from runner.simulate import simulate
 
 lengths = st.floats(0.1, 10.0)
 heights = st.floats(-1.0, 1.0)

@@ -7,15 +7,14 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from codegen.constants import hoist
-from codegen.elimination import factorize, solve
-from codegen.kernel import Kernel, KernelError, Slot
-from codegen.lower import optimize
-from codegen.printer import Printer
-from codegen.rewrite import Names
-from codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
-from codegen.sharing import share
+from qddot.codegen.constants import hoist
+from qddot.codegen.elimination import factorize, solve
+from qddot.codegen.kernel import Kernel, KernelError, Slot
+from qddot.codegen.lower import optimize
+from qddot.codegen.printer import Printer
+from qddot.codegen.rewrite import Names
+from qddot.codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
+from qddot.codegen.sharing import share
 
 SYMBOLS = a, b, c, d, x, y, z = se.symbols("a b c d x y z")
 

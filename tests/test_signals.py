@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from qddot.runner.inputs.bind import bind
+from qddot.runner.inputs.reader import evaluate, reader_for, sample
+from qddot.runner.inputs.shapes import constant, pulse_train, sine
+from qddot.runner.inputs.tables import table
+from qddot.runner.load import load
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
-
-from runner.inputs.bind import bind
-from runner.inputs.reader import evaluate, reader_for, sample
-from runner.inputs.shapes import constant, pulse_train, sine
-from runner.inputs.tables import table
-from runner.load import load
 
 CONTINUOUS = ["half_sine", "triangle", "trapezoid"]
 SHAPES = [*CONTINUOUS, "exponential"]

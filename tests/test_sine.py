@@ -4,10 +4,9 @@ import mpmath
 import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-
-from runner.compiled import compiled
-from runner.inputs.sine import FAR
-from runner.inputs.sine import sine as compiled_sine
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.sine import FAR
+from qddot.runner.inputs.sine import sine as compiled_sine
 
 
 @compiled()

@@ -1,5 +1,5 @@
-from runner.problem import Status
-from runner.slices import drive
+from qddot.runner.problem import Status
+from qddot.runner.slices import drive
 
 
 class Run:
@@ -46,7 +46,7 @@ def test_failure_is_handed_on():
 
 
 def test_progress_ends_with_everything_done(monkeypatch):
-    monkeypatch.setattr("runner.slices.REPORT_INTERVAL", 0.0)
+    monkeypatch.setattr("qddot.runner.slices.REPORT_INTERVAL", 0.0)
     run, seen = Run(), []
     drive(run.advance, fraction_done=run.fraction_done, progress=seen.append)
     assert seen == [i / 10 for i in range(1, 11)]

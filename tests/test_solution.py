@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-
-from runner.files import written_aside
-from runner.inputs.shapes import sine
-from runner.load import load
-from runner.simulate import simulate
+from qddot.runner.files import written_aside
+from qddot.runner.inputs.shapes import sine
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
 
 
 @pytest.fixture(scope="module")
@@ -92,8 +91,8 @@ def test_failed_saving_leaves_the_older_file_and_nothing_else(tmp_path):
 def test_running_and_saving_do_not_import_slow_packages(tmp_path):
     program = f"""
 import sys
-from runner.load import load
-from runner.simulate import simulate
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
 simulate(load("tests/sample_models/oscillator.py"), (0, 1), step=0.1).save({str(tmp_path / "run.nc")!r})
 slow = {{"xarray", "pandas", "matplotlib", "sympy", "pint", "scipy.interpolate"}}
 print(slow & set(sys.modules))

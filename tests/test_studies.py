@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from qddot.runner.inputs.shapes import pulse_train
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
+from qddot.runner.study.read import StudyError, read
+from qddot.runner.study.run import run_study
+from qddot.runner.study.units import magnitude
 from study_files import assert_refused, slip, write
-
-from runner.inputs.shapes import pulse_train
-from runner.load import load
-from runner.simulate import simulate
-from runner.study.read import StudyError, read
-from runner.study.run import run_study
-from runner.study.units import magnitude
 
 GOOD = """\
 model = "quarter_car"

@@ -10,21 +10,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from qddot.runner.inputs.drive import drive
+from qddot.runner.inputs.iso8608 import CLASSES, random_road
+from qddot.runner.inputs.recoil import measured_pulse_train
+from qddot.runner.inputs.shapes import pulse_train
+from qddot.runner.load import load
+from qddot.runner.simulate import simulate
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.library import SHIPPED, entries
+from qddot.runner.study.read import StudyError, read
+from qddot.runner.study.road import road_profile, road_signals
+from qddot.runner.study.run import run_study, study_model, study_parameters
+from qddot.runner.study.show import show_inputs
+from qddot.runner.study.signals import study_signals
 from study_files import assert_refused, slip, write
-
-from runner.inputs.drive import drive
-from runner.inputs.iso8608 import CLASSES, random_road
-from runner.inputs.recoil import measured_pulse_train
-from runner.inputs.shapes import pulse_train
-from runner.load import load
-from runner.simulate import simulate
-from runner.study.amounts import Amounts
-from runner.study.library import SHIPPED, entries
-from runner.study.read import StudyError, read
-from runner.study.road import road_profile, road_signals
-from runner.study.run import run_study, study_model, study_parameters
-from runner.study.show import show_inputs
-from runner.study.signals import study_signals
 
 HEAD = """\
 model = "m113"

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from runner.study.batch_schema import SweepTable
-from runner.study.overrides import changed, parsed
-from runner.study.sweep import sweep_of
+from qddot.runner.study.batch_schema import SweepTable
+from qddot.runner.study.overrides import changed, parsed
+from qddot.runner.study.sweep import sweep_of
 
 NAMES = ("a", "b", "c", "d")
 counts = st.lists(st.integers(1, 6), min_size=1, max_size=4)

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-
-from runner.explicit.tableau import (
+from qddot.runner.explicit.tableau import (
     EULER,
     HEUN,
     MIDPOINT,
@@ -11,7 +10,7 @@ from runner.explicit.tableau import (
     elementary_weights,
     rooted_trees,
 )
-from runner.methods import METHODS, find_method
+from qddot.runner.methods import METHODS, find_method
 
 PAGES = [EULER, HEUN, MIDPOINT, RK4]
 

@@ -10,7 +10,7 @@ from numba import njit
 import qddot
 
 CAR = qddot.load("quarter_car")
-ROAD = qddot.table([0.0, 1.0, 2.0], [0.0, 0.01, 0.0])
+ROAD = qddot.signal.table([0.0, 1.0, 2.0], [0.0, 0.01, 0.0])
 
 
 @njit(cache=True)
@@ -88,26 +88,30 @@ CALLS = {
     "modes": (qddot.modes, {"model": CAR}, ["model", "parameters", "state", "inputs", "t0"]),
     "crossing": (qddot.crossing, {"model": CAR, "name": "z_s"}, ["model", "name", "level", "direction", "terminal"]),
     "per_run": (qddot.per_run, {"signal": ROAD}, ["signal", "rate", "offset"]),
-    "pulse_train": (qddot.pulse_train, PULSE, ["shape", "times", "peak", "duration", "rise"]),
-    "pulse_train of an impulse": (qddot.pulse_train, {"times": 0.0, "impulse": 1.0, "duration": 0.1}, ["impulse"]),
+    "pulse_train": (qddot.signal.pulse_train, PULSE, ["shape", "times", "peak", "duration", "rise"]),
+    "pulse_train of an impulse": (
+        qddot.signal.pulse_train,
+        {"times": 0.0, "impulse": 1.0, "duration": 0.1},
+        ["impulse"],
+    ),
     "measured_pulse_train": (
-        qddot.measured_pulse_train,
+        qddot.signal.measured_pulse_train,
         SHOT,
         ["t", "values", "times", "kind", "peak", "duration", "impulse"],
     ),
-    "table": (qddot.table, {"t": [0.0, 1.0], "values": [0.0, 1.0]}, ["t", "values", "kind", "breakpoints"]),
-    "sine": (qddot.sine, {"amplitude": 1.0, "frequency": 1.0}, ["amplitude", "frequency", "phase", "mean"]),
-    "constant": (qddot.constant, {"value": 1.0}, ["value"]),
+    "table": (qddot.signal.table, {"t": [0.0, 1.0], "values": [0.0, 1.0]}, ["t", "values", "kind", "breakpoints"]),
+    "sine": (qddot.signal.sine, {"amplitude": 1.0, "frequency": 1.0}, ["amplitude", "frequency", "phase", "mean"]),
+    "constant": (qddot.signal.constant, {"value": 1.0}, ["value"]),
     "random_road": (
-        qddot.random_road,
+        qddot.road.iso8608,
         {"of": "C", "seed": 1, "length": 5.0},
         ["of", "seed", "length", "waviness", "shortest", "longest", "fade"],
     ),
-    "wave": (qddot.wave, {"amplitude": 0.1, "wavelength": 1.0}, ["amplitude", "wavelength", "phase", "mean"]),
-    "ramp": (qddot.ramp, {"height": 0.1, "length": 1.0}, ["height", "length", "at"]),
-    "step": (qddot.step, {"height": 0.1}, ["height", "at"]),
-    "cosine_bump": (qddot.cosine_bump, {"height": 0.1, "length": 1.0}, ["height", "length", "at"]),
-    "pothole": (qddot.pothole, HOLE, ["depth", "length", "at", "edge"]),
+    "wave": (qddot.road.sine, {"amplitude": 0.1, "wavelength": 1.0}, ["amplitude", "wavelength", "phase", "mean"]),
+    "ramp": (qddot.road.ramp, {"height": 0.1, "length": 1.0}, ["height", "length", "at"]),
+    "step": (qddot.road.step, {"height": 0.1}, ["height", "at"]),
+    "cosine_bump": (qddot.road.cosine_bump, {"height": 0.1, "length": 1.0}, ["height", "length", "at"]),
+    "pothole": (qddot.road.pothole, HOLE, ["depth", "length", "at", "edge"]),
     "drive": (
         qddot.drive,
         {"model": CAR, "road": ROAD, "speed": 1.0, "positions": {"z_r": 0.0}},
@@ -119,12 +123,12 @@ CALLS = {
         ["span"],
     ),
     "recoil_impulse": (
-        qddot.recoil_impulse,
+        qddot.signal.recoil_impulse,
         {"shell_mass": 0.7, "muzzle_velocity": 900.0},
         ["shell_mass", "muzzle_velocity", "charge_mass", "gas_velocity_factor"],
     ),
-    "shot_times": (qddot.shot_times, {"count": 2, "interval": 1.0}, ["count", "interval", "start"]),
-    "shot_times of a rate": (qddot.shot_times, {"count": 2, "rate_of_fire": 60.0}, ["rate_of_fire"]),
+    "shot_times": (qddot.signal.shot_times, {"count": 2, "interval": 1.0}, ["count", "interval", "start"]),
+    "shot_times of a rate": (qddot.signal.shot_times, {"count": 2, "rate_of_fire": 60.0}, ["rate_of_fire"]),
     "load": (qddot.load, {"name_or_path": "quarter_car"}, ["name_or_path"]),
 }
 

@@ -15,18 +15,17 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from batches import STUDY, assert_equal, values, written
-
-from runner import compiling
-from runner.batch import command
-from runner.batch.export import export
-from runner.batch.grid import open_batch
-from runner.batch.job import read_job
-from runner.batch.results import Results
-from runner.batch.run import computed, opened, run_batch
-from runner.batch.store import Store, StoreError, create, locked, remove
-from runner.report import batch_figures, batch_progress
-from runner.study.batch_schema import SweepTable
-from runner.study.sweep import sweep_of
+from qddot.runner import compiling
+from qddot.runner.batch import command
+from qddot.runner.batch.export import export
+from qddot.runner.batch.grid import open_batch
+from qddot.runner.batch.job import read_job
+from qddot.runner.batch.results import Results
+from qddot.runner.batch.run import computed, opened, run_batch
+from qddot.runner.batch.store import Store, StoreError, create, locked, remove
+from qddot.runner.report import batch_figures, batch_progress
+from qddot.runner.study.batch_schema import SweepTable
+from qddot.runner.study.sweep import sweep_of
 
 ROOT = Path(__file__).parent.parent
 
@@ -371,7 +370,7 @@ LONG = STUDY.replace("[0, 0.5]", "[0, 20]").replace("step = 1e-3", "step = 1e-4"
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_a_batch_with_a_word_and_its_number(tmp_path, number, whole):
     study, store = written(tmp_path, LONG.replace('400 kg", 9', '400 kg", 200')), tmp_path / "results" / "quick.zarr"
-    line = [sys.executable, str(ROOT / "qddot.py"), "batch", str(study), "--no-figure"]
+    line = [sys.executable, "-m", "qddot", "batch", str(study), "--no-figure"]
     process = subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not list((store / ".qddot" / "blocks").glob("*.json")):
         time.sleep(0.02)
@@ -389,14 +388,14 @@ def test_sigterm_ends_any_command_with_a_word_and_nothing_half_written(tmp_path)
     code = """
 import os, qddot, signal, sys
 from pathlib import Path
-from runner.files import written_aside
+from qddot.runner.files import written_aside
 def half(what):
     with written_aside(Path(sys.argv[2])) as aside:
         aside.write_text("half")
         os.kill(os.getpid(), signal.SIGTERM)
         aside.write_text("whole")
     return 0
-qddot._COMMANDS["list"] = qddot._COMMANDS["list"]._replace(function=half)
+qddot.COMMANDS["list"] = qddot.COMMANDS["list"]._replace(function=half)
 qddot.main()
 """
     (tmp_path / "it").write_text("old")
@@ -416,17 +415,18 @@ def test_brackets_in_a_title_are_no_markup(tmp_path, capsys, whole):
 
 @pytest.mark.slow
 def test_the_clock_of_workers_starts_when_they_have_loaded_what_they_need(tmp_path, whole):
-    from runner.batch.cluster import connected
+    from qddot.runner.batch.cluster import connected
 
     job, loaded = read_job(written(tmp_path)), []
 
     def ready():
-        loaded.extend(client.run(lambda: sys.modules["runner.batch.cluster"]._opened.cache_info().currsize).values())
+        name = "qddot.runner.batch.cluster"
+        loaded.extend(client.run(lambda: sys.modules[name]._opened.cache_info().currsize).values())
 
     store = opened(job, tmp_path / "w.zarr")
     with connected(1, None) as client:
-        from runner.batch.cluster import on_workers
-        from runner.batch.stopping import Wish
+        from qddot.runner.batch.cluster import on_workers
+        from qddot.runner.batch.stopping import Wish
 
         for _ in on_workers(job, store, range(job.blocks), Wish(), client, ready):
             pass

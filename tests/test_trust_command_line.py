@@ -6,26 +6,26 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from qddot.codegen.compare.command import run as compare
+from qddot.codegen.compare.tree import CompareError
+from qddot.codegen.slips import explained
+from qddot.codegen.sources import from_file
+from qddot.model.system import ModelError
+from qddot.runner.command import show
+from qddot.runner.files import named_code
+from qddot.runner.identify.problem import read as read_identification
+from qddot.runner.paper.claims import read as read_claims
+from qddot.runner.report.tables import statistics
+from qddot.runner.study.read import StudyError, read
+from qddot.runner.study.run import study_model
 
 import qddot as front
-from codegen.compare.command import run as compare
-from codegen.compare.tree import CompareError
-from codegen.slips import explained
-from codegen.sources import from_file
-from model.system import ModelError
-from runner.command import show
-from runner.files import named_code
-from runner.identify.problem import read as read_identification
-from runner.paper.claims import read as read_claims
-from runner.report.tables import statistics
-from runner.study.read import StudyError, read
-from runner.study.run import study_model
-from words import be, counted, nearest
+from qddot.words import be, counted, nearest
 
 ROOT = Path(__file__).parent.parent
 
 OWN = """from sympy import symbols
-from model.system import Coordinate, Parameter, System
+from qddot.model.system import Coordinate, Parameter, System
 x, xdot, m, k_3 = symbols("x xdot m k_3")
 def system():
     potential = k_3 * x**4
@@ -37,7 +37,7 @@ STUDY = 'model = "{}"\nspan = [0, 1]\n'
 
 
 def qddot(*arguments, cwd=ROOT):
-    command = [sys.executable, str(ROOT / "qddot.py"), *map(str, arguments)]
+    command = [sys.executable, "-m", "qddot", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 

@@ -9,14 +9,13 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from codegen.compare.command import run
-from codegen.compare.difference import compare
-from codegen.compare.sheet import read
-from codegen.compare.tree import CompareError
-from codegen.compare.zero import vanishes
-from codegen.lagrange import derive
-from codegen.sources import shipped
+from qddot.codegen.compare.command import run
+from qddot.codegen.compare.difference import compare
+from qddot.codegen.compare.sheet import read
+from qddot.codegen.compare.tree import CompareError
+from qddot.codegen.compare.zero import vanishes
+from qddot.codegen.lagrange import derive
+from qddot.codegen.sources import shipped
 
 TRUE = (
     "q_1: m_1*qddot_1 + k_1*(q_1 - z_1) - k_6*(q_6 - q_7*(l_3 + l_4 + l_11) - q_1)"

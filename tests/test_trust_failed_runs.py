@@ -6,16 +6,16 @@ import sys
 import numpy as np
 import pytest
 import xarray
+from qddot.model.system import Coordinate, Input, Output, Parameter, System
+from qddot.runner.batch.results import Results
+from qddot.runner.jumps import jump
+from qddot.runner.metrics.measure import Request, measure
+from qddot.runner.problem import Status
+from qddot.runner.report.batch_tables import valueless
+from qddot.runner.tables import Quantity
 from sympy import Rational, Symbol, cos, sign, sin, symbols
 
 import qddot
-from model.system import Coordinate, Input, Output, Parameter, System
-from runner.batch.results import Results
-from runner.jumps import jump
-from runner.metrics.measure import Request, measure
-from runner.problem import Status
-from runner.report.batch_tables import valueless
-from runner.tables import Quantity
 
 x, xdot, v, f = symbols("x xdot v F")
 theta, thetadot, phi, phidot = symbols("theta thetadot phi phidot")
@@ -98,8 +98,8 @@ def test_a_run_that_diverged_is_reported_as_failed_before_any_table(ran, folder)
 
 
 def test_the_figure_of_a_partial_run_says_so(models, folder, ran):
-    from runner.command import _curves
-    from runner.study.read import read
+    from qddot.runner.command import _curves
+    from qddot.runner.study.read import read
 
     study = read(folder / "runaway.toml", {})
     run = qddot.run_study(folder / "runaway.toml", on_failure="return")

@@ -12,14 +12,13 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from qddot.codegen.generate import artefacts, generate
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower
+from qddot.codegen.rules import collect
+from qddot.codegen.wall import check_module
+from qddot.model.system import Coordinate, ModelError, Parameter, System
 from sympy import Float, Integer, Rational, exp, lambdify, log, symbols
-
-from codegen.generate import artefacts, generate
-from codegen.lagrange import derive
-from codegen.lower import lower
-from codegen.rules import collect
-from codegen.wall import check_module
-from model.system import Coordinate, ModelError, Parameter, System
 
 ROOT = Path(__file__).parent.parent
 
@@ -133,7 +132,7 @@ def test_generate_given_a_function_says_to_call_it(tmp_path):
     def system():
         return model(k * x**2)
 
-    with pytest.raises(ModelError, match=r"expected a model.system.System: call it, system\(\)"):
+    with pytest.raises(ModelError, match=r"expected a qddot.model.System: call it, system\(\)"):
         generate(system, tmp_path)
     with pytest.raises(ModelError, match="found 'm113', expected"):
         generate("m113", tmp_path)

@@ -8,17 +8,16 @@ import pytest
 from derived import generated_module
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from qddot.codegen.equations.notation import describe
+from qddot.codegen.generate import artefacts
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower
+from qddot.codegen.skeleton import reserved
+from qddot.model.naming import LONGEST
+from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System
+from qddot.runner.batch.wanted import check_outputs
+from qddot.runner.load import load
 from sympy import Rational, Symbol, symbols
-
-from codegen.equations.notation import describe
-from codegen.generate import artefacts
-from codegen.lagrange import derive
-from codegen.lower import lower
-from codegen.skeleton import reserved
-from model.naming import LONGEST
-from model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System
-from runner.batch.wanted import check_outputs
-from runner.load import load
 
 x, xdot, m, k = symbols("x xdot m k")
 half = Rational(1, 2)

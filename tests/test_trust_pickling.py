@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from qddot.runner.load import LoadError, load
+from qddot.runner.problem import Status
 
 import qddot
-from runner.load import LoadError, load
-from runner.problem import Status
 
 ROOT = Path(__file__).parents[1]
 CAR = qddot.load("quarter_car")
-PULSE = qddot.table([0.0, 0.1, 0.2], [0.0, 0.01, 0.0])
+PULSE = qddot.signal.table([0.0, 0.1, 0.2], [0.0, 0.01, 0.0])
 WAYS = {
     "pickle": lambda value: pickle.loads(pickle.dumps(value)),
     "copy": copy.copy,
@@ -130,7 +130,7 @@ def test_a_prepared_run_survives(method, again):
 
 
 def test_signals_events_and_batches_survive(again):
-    signal = again(qddot.pulse_train(times=[0.1], peak=1.0, duration=0.1).shifted(2.0, 0.3))
+    signal = again(qddot.signal.pulse_train(times=[0.1], peak=1.0, duration=0.1).shifted(2.0, 0.3))
     assert signal(-0.075) == pytest.approx(1.0)
     runs = qddot.per_run(PULSE, offset=np.array([0.0, 0.1]))
     np.testing.assert_array_equal(again(runs).offset, runs.offset)
@@ -146,7 +146,7 @@ def test_signals_events_and_batches_survive(again):
 
 
 def test_every_public_method_survives(again):
-    from runner.methods import METHODS
+    from qddot.runner.methods import METHODS
 
     for name in METHODS:
         assert again(METHODS[name]) is METHODS[name]

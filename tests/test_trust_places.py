@@ -10,20 +10,19 @@ import netCDF4
 import numpy as np
 import pytest
 from permissions import ROOT, plainly
+from qddot.runner import places
+from qddot.runner.compiled import _Cache
+from qddot.runner.files import named, ready, written_aside
+from qddot.runner.problem import Statistics, Status
+from qddot.runner.solution import Solution
+from qddot.runner.tables import Quantity
 from study_files import write
-
-from runner import places
-from runner.compiled import _Cache
-from runner.files import named, ready, written_aside
-from runner.problem import Statistics, Status
-from runner.solution import Solution
-from runner.tables import Quantity
 
 #: Where code is kept whose own folder cannot be written.
 FOLDER = """
 import sys, tempfile
 from pathlib import Path
-from runner.places import code_folder
+from qddot.runner.places import code_folder
 if "nowhere" in sys.argv: tempfile.gettempdir = lambda: str(Path.cwd())
 print(code_folder(Path(sys.argv[1])))
 """
@@ -128,7 +127,7 @@ import sys, tempfile
 from pathlib import Path
 if "nowhere" in sys.argv: tempfile.gettempdir = lambda: str(Path.cwd())
 import numpy as np
-from runner.load import load
+from qddot.runner.load import load
 model = load(Path(sys.argv[1]))
 kernel = model.kernel("constants")
 print(np.isfinite(model.constants(model.parameter_values())).all(), kernel.stats.cache_hits)
@@ -244,7 +243,7 @@ def test_a_run_on_a_full_disk_ends_in_one_line(tmp_path):
 
 
 def test_results_that_cannot_be_written_are_refused_before_anything_is_computed(tmp_path, shut, monkeypatch):
-    from runner import command
+    from qddot.runner import command
 
     monkeypatch.setattr(command, "run", lambda *_, **__: pytest.fail("it ran"))
     study = write(tmp_path, STUDY, "quick.toml")

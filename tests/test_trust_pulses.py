@@ -7,13 +7,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numba import njit
+from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.inputs.bind import bind, check_continuous
+from qddot.runner.inputs.instants import RESOLVED, ROUNDING, apart, between, side_of
+from qddot.runner.inputs.signal import START, jumps, values_at
+from qddot.runner.load import load
 
 import qddot
-from runner.abi import VECTOR_KERNEL
-from runner.inputs.bind import bind, check_continuous
-from runner.inputs.instants import RESOLVED, ROUNDING, apart, between, side_of
-from runner.inputs.signal import START, jumps, values_at
-from runner.load import load
 
 DAY, EPOCH = 86_400.0, 1.7e9
 SHAPES = ("half_sine", "triangle", "trapezoid", "exponential")
@@ -73,7 +73,7 @@ UNDAMPED = {"m_1": 1.0, "k_1": 100.0, "b_1": 0.0, "g": 0.0}
     ],
 )
 def test_a_pulse_far_from_zero_has_its_peak_its_impulse_and_its_edges(shape, start, duration):
-    signal = qddot.pulse_train(shape, times=[start], peak=1.0, duration=duration)
+    signal = qddot.signal.pulse_train(shape, times=[start], peak=1.0, duration=duration)
     t = np.unique(np.linspace(start, start + duration, 100_001))
     spacing = np.spacing(abs(start))
     assert signal(t).max() <= 1.0 + 1e-12
@@ -103,9 +103,9 @@ def test_trains_anywhere_are_the_sum_of_their_pulses(shape, origin, behind, dura
     if parts * duration < RESOLVED * spacing:
         if parts * duration < RESOLVED * np.spacing(np.abs(starts)).min() * 0.99:
             with pytest.raises(ValueError, match="floating-point numbers there are"):
-                qddot.pulse_train(shape, times=starts, peak=1.0, duration=duration)
+                qddot.signal.pulse_train(shape, times=starts, peak=1.0, duration=duration)
         return
-    signal = qddot.pulse_train(shape, times=starts, peak=1.0, duration=duration)
+    signal = qddot.signal.pulse_train(shape, times=starts, peak=1.0, duration=duration)
     pieces = signal.pieces
     assert (np.diff(pieces[:, START]) > 0).all()
     assert integral(signal) == pytest.approx(len(starts) * AREA[shape] * duration, rel=1e-6)
@@ -131,14 +131,14 @@ def test_a_pulse_that_time_does_not_resolve_is_refused_with_what_to_do():
         r"shortest part of the pulse at 1700000000.0 s is 1e-07 s long, but .* 2.38e-07 s apart.* count from nearer"
     )
     with pytest.raises(ValueError, match=message):
-        qddot.pulse_train(times=[0.0, EPOCH], impulse=1.0, duration=1e-7)
+        qddot.signal.pulse_train(times=[0.0, EPOCH], impulse=1.0, duration=1e-7)
     with pytest.raises(ValueError, match=r"the bump at 1000000000000\.0 m is 0\.01 m long"):
-        qddot.cosine_bump(0.1, 0.01, at=1e12)
+        qddot.road.cosine_bump(0.1, 0.01, at=1e12)
 
 
 def test_a_measured_curve_far_from_zero_is_the_curve():
     t, values = np.array([0.0, 1e-3, 4e-3, 1e-2]), np.array([0.0, 2.0, 1.0, 0.0])
-    signal = qddot.measured_pulse_train(t, values, times=[DAY, DAY + 0.3])
+    signal = qddot.signal.measured_pulse_train(t, values, times=[DAY, DAY + 0.3])
     at = DAY + 0.3 + np.linspace(0, 1e-2, 10_001)
     np.testing.assert_allclose(signal(at), np.interp(at - (DAY + 0.3), t, values), atol=1e-6)
     assert len(signal.breakpoints) == 8
@@ -146,14 +146,14 @@ def test_a_measured_curve_far_from_zero_is_the_curve():
 
 
 def test_pulses_end_to_end_far_from_zero_share_their_edges():
-    signal = qddot.pulse_train("triangle", times=EPOCH + 0.1 * np.arange(50), peak=1.0, duration=0.1)
+    signal = qddot.signal.pulse_train("triangle", times=EPOCH + 0.1 * np.arange(50), peak=1.0, duration=0.1)
     assert len(signal.breakpoints) in (101, *range(102, 152))  # 0.1 s is no whole number of spacings there
-    near = qddot.pulse_train("triangle", times=DAY + 0.125 * np.arange(50), peak=1.0, duration=0.125)
+    near = qddot.signal.pulse_train("triangle", times=DAY + 0.125 * np.arange(50), peak=1.0, duration=0.125)
     assert len(near.breakpoints) == 101
 
 
 def test_no_breakpoint_is_lost():
-    signal = qddot.pulse_train("half_sine", times=[0.9, 1.3], impulse=1.0, duration=1e-7)
+    signal = qddot.signal.pulse_train("half_sine", times=[0.9, 1.3], impulse=1.0, duration=1e-7)
     np.testing.assert_allclose(signal.breakpoints, [0.9, 0.9 + 1e-7, 1.3, 1.3 + 1e-7], rtol=1e-15)
 
 
@@ -161,13 +161,13 @@ def test_no_breakpoint_is_lost():
     ("shape", "start", "duration"), [("half_sine", 1e3, 1e-5), ("trapezoid", 1e3, 1e-3), ("triangle", EPOCH, 0.1)]
 )
 def test_a_continuous_pulse_far_from_zero_has_a_rate(model, shape, start, duration):
-    signal = qddot.pulse_train(shape, times=[start], peak=1.0, duration=duration)
+    signal = qddot.signal.pulse_train(shape, times=[start], peak=1.0, duration=duration)
     bind(model.tables, {"z_1": signal})
     check_continuous("z_1", signal.shifted(20.0, -3e5), "zdot_1")
 
 
 def test_a_jump_far_from_zero_has_none(model):
-    rectangle = qddot.pulse_train("trapezoid", times=[EPOCH], peak=1.0, duration=0.1, rise=0)
+    rectangle = qddot.signal.pulse_train("trapezoid", times=[EPOCH], peak=1.0, duration=0.1, rise=0)
     with pytest.raises(ValueError, match=r"input z_1 jumps at t = 1\.7e"):
         bind(model.tables, {"z_1": rectangle})
 
@@ -195,7 +195,7 @@ def test_the_side_of_a_stage_is_inside_its_step(t, spacings, c):
 @pytest.mark.parametrize("method", [*ADAPTIVE, "exact"])
 def test_the_second_pulse_of_a_train_acts(model, method):
     """The issue's case: m = 1, k = 100, from 1.1 to 1.45 s; 0.09974950 is sin(1.5)/10."""
-    pulses = qddot.pulse_train("half_sine", times=[0.9, 1.3], impulse=1.0, duration=1e-7)
+    pulses = qddot.signal.pulse_train("half_sine", times=[0.9, 1.3], impulse=1.0, duration=1e-7)
     options = {} if method == "exact" else {"rtol": 1e-8, "atol": 1e-10}
     s = qddot.simulate(
         model, (1.1, 1.45), method=method, parameters=UNDAMPED, initial=[0, 0], inputs={"F": pulses}, **options
@@ -215,7 +215,9 @@ FAR = [
 def pulse_of(shape, start, duration):
     sizes = {"times": [start], "impulse": 1.0, "duration": duration}
     return (
-        qddot.pulse_train("trapezoid", rise=0, **sizes) if shape == "rectangle" else qddot.pulse_train(shape, **sizes)
+        qddot.signal.pulse_train("trapezoid", rise=0, **sizes)
+        if shape == "rectangle"
+        else qddot.signal.pulse_train(shape, **sizes)
     )
 
 
@@ -326,9 +328,9 @@ def test_the_integral_over_a_train_is_its_impulse(method, shape, origin, behind,
     if 0.2 * duration < RESOLVED * np.spacing(abs(origin) + 5 * duration):
         return
     pulses = (
-        qddot.pulse_train("trapezoid", times=starts, rise=0, impulse=1.0, duration=duration)
+        qddot.signal.pulse_train("trapezoid", times=starts, rise=0, impulse=1.0, duration=duration)
         if shape == "rectangle"
-        else qddot.pulse_train(shape, times=starts, impulse=1.0, duration=duration)
+        else qddot.signal.pulse_train(shape, times=starts, impulse=1.0, duration=duration)
     )
     span = (starts.min() - duration, starts.max() + 2 * duration)
     blur = np.spacing(max(map(abs, span))) / duration
@@ -341,7 +343,7 @@ def test_the_integral_over_a_train_is_its_impulse(method, shape, origin, behind,
 
 def test_the_last_stage_before_a_jump_reads_what_was_before_it(model):
     """A step of 2^12 spacings: a side of a millionth of the step inside it would be the jump's own time."""
-    rectangle = qddot.pulse_train("trapezoid", times=[EPOCH + 0.25], rise=0, peak=1.0, duration=2.0**-10)
+    rectangle = qddot.signal.pulse_train("trapezoid", times=[EPOCH + 0.25], rise=0, peak=1.0, duration=2.0**-10)
     s = qddot.solve(integrator, (EPOCH, EPOCH + 0.5), [0.0], method="rk4", step=2.0**-10, inputs=[rectangle])
     assert s.states[-1, 0] == pytest.approx(2.0**-10, rel=1e-12)
     assert s.states[s.t == EPOCH + 0.25, 0] == 0.0
@@ -349,9 +351,9 @@ def test_the_last_stage_before_a_jump_reads_what_was_before_it(model):
 
 def test_a_table_far_from_zero_is_read_where_it_lies(model):
     t = EPOCH + 0.01 * np.arange(101)
-    road = qddot.table(t, np.sin(20 * (t - EPOCH)), kind="cubic")
+    road = qddot.signal.table(t, np.sin(20 * (t - EPOCH)), kind="cubic")
     at = np.linspace(EPOCH, EPOCH + 1, 1000)
-    near = qddot.table(t - EPOCH, np.sin(20 * (t - EPOCH)), kind="cubic")
+    near = qddot.signal.table(t - EPOCH, np.sin(20 * (t - EPOCH)), kind="cubic")
     np.testing.assert_allclose(road(at), near(at - EPOCH), atol=1e-6)
     batch = qddot.simulate_batch(
         model, (EPOCH, EPOCH + 1), method="dop853", runs=2, initial=[0, 0], inputs={"z_1": road}, rtol=1e-8
@@ -361,8 +363,8 @@ def test_a_table_far_from_zero_is_read_where_it_lies(model):
 
 
 def test_a_varying_speed_at_a_late_time_keeps_the_kinks_of_the_road(model):
-    speed = qddot.table([0.0, EPOCH, EPOCH + 1, EPOCH + 2], [0.0, 0.0, 2.0, 2.0])
-    road = qddot.table([0.0, 1.0, 2.0, 2.5], [0.0, 0.0, 0.1, 0.1])
+    speed = qddot.signal.table([0.0, EPOCH, EPOCH + 1, EPOCH + 2], [0.0, 0.0, 2.0, 2.0])
+    road = qddot.signal.table([0.0, 1.0, 2.0, 2.5], [0.0, 0.0, 0.1, 0.1])
     z = qddot.drive(model, road, speed, positions={"z_1": 0.0}, span=(EPOCH, EPOCH + 2))["z_1"]
     inside = z.breakpoint_times()[(z.breakpoint_times() > EPOCH + 0.1) & (z.breakpoint_times() < EPOCH + 1.9)]
     np.testing.assert_allclose(inside - EPOCH, [1.0, 1.5], atol=1e-6)
@@ -377,7 +379,7 @@ def test_a_function_is_sampled_to_the_stated_tolerance():
         return np.exp(-((t - 3.0) ** 2) / 1e-2) + 0.1 * np.sin(5 * t)
 
     for tolerance in (1e-3, 1e-6, 1e-9):
-        signal = qddot.sampled(bump, 0.0, 10.0, tolerance=tolerance)
+        signal = qddot.signal.sampled(bump, 0.0, 10.0, tolerance=tolerance)
         t = np.linspace(0, 10, 100_003)
         assert np.abs(signal(t) - bump(t)).max() < 2 * tolerance
     assert len(signal.pieces) < 3000
@@ -392,8 +394,8 @@ def test_a_function_that_jumps_wants_breakpoints():
         return 2.0 if 0.3 <= t < 0.7 else t
 
     with pytest.raises(ValueError, match=r"cannot be followed to 0.001 at 0\.[37].*breakpoints=\[0\.[37]"):
-        qddot.sampled(switched, 0.0, 1.0, tolerance=1e-3)
-    signal = qddot.sampled(switched, 0.0, 1.0, tolerance=1e-9, breakpoints=[0.3, 0.7])
+        qddot.signal.sampled(switched, 0.0, 1.0, tolerance=1e-3)
+    signal = qddot.signal.sampled(switched, 0.0, 1.0, tolerance=1e-9, breakpoints=[0.3, 0.7])
     t = np.linspace(0, 0.999, 1000)
     np.testing.assert_allclose(signal(t), [switched(each) for each in t], atol=1e-8)
     assert signal.breakpoints.tolist() == [0.0, 0.3, 0.7, 1.0]
@@ -414,15 +416,15 @@ def test_a_function_that_jumps_wants_breakpoints():
 def test_a_function_that_is_none_is_named(arguments, message):
     function, start, end, tolerance, breakpoints = arguments
     with pytest.raises(ValueError, match=message):
-        qddot.sampled(function, start, end, tolerance=tolerance, breakpoints=breakpoints)
+        qddot.signal.sampled(function, start, end, tolerance=tolerance, breakpoints=breakpoints)
 
 
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (np.sin, r"input F is a function; give qddot.sampled\(.*qddot.table"),
-        (np.zeros(100), r"input F is a row of 100 values; give qddot.table\(t, values\)"),
-        ([1.0, 2.0], r"input F is a row of 2 values; give qddot.table"),
+        (np.sin, r"input F is a function; give qddot.signal.sampled\(.*qddot.signal.table"),
+        (np.zeros(100), r"input F is a row of 100 values; give qddot.signal.table\(t, values\)"),
+        ([1.0, 2.0], r"input F is a row of 2 values; give qddot.signal.table"),
     ],
 )
 def test_what_is_no_signal_is_told_how_to_become_one(model, value, message):
@@ -431,8 +433,8 @@ def test_what_is_no_signal_is_told_how_to_become_one(model, value, message):
 
 
 def test_a_sampled_function_drives_a_model_as_the_sine_it_is(model):
-    sampled = qddot.sampled(lambda t: 3 * np.sin(7 * t), 0.0, 2.0, tolerance=1e-9)
-    exact = qddot.sine(3.0, 7 / (2 * np.pi))
+    sampled = qddot.signal.sampled(lambda t: 3 * np.sin(7 * t), 0.0, 2.0, tolerance=1e-9)
+    exact = qddot.signal.sine(3.0, 7 / (2 * np.pi))
     runs = [
         qddot.simulate(model, (0, 2), method="dop853", initial=[0, 0], rtol=1e-9, inputs={"F": f, "z_1": f})
         for f in (sampled, exact)

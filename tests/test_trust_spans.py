@@ -6,14 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numba import njit
+from qddot.runner.problem import Status
 from scipy.integrate import solve_ivp
 
 import qddot
-from runner.problem import Status
 
 CAR = qddot.load("quarter_car")
-ROAD = qddot.table(np.linspace(0, 2, 9), [0, 0.01, -0.01, 0.02, 0, 0, 0.01, -0.02, 0], kind="linear")
-SHOT = qddot.pulse_train(times=[0.7, 1.31], duration=0.05, peak=2.0)
+ROAD = qddot.signal.table(np.linspace(0, 2, 9), [0, 0.01, -0.01, 0.02, 0, 0, 0.01, -0.02, 0], kind="linear")
+SHOT = qddot.signal.pulse_train(times=[0.7, 1.31], duration=0.05, peak=2.0)
 WAYS = {
     "rk4": ({"step": 5e-4}, 1e-9),
     "ode45": ({"rtol": 1e-8, "atol": 1e-10}, 1e-7),
@@ -115,7 +115,7 @@ def test_events_of_a_backward_run(method):
 
 
 def _crossing(state, level):
-    from runner.events.kinds import StateCrossing
+    from qddot.runner.events.kinds import StateCrossing
 
     return StateCrossing(state, level, terminal=True)
 
@@ -164,7 +164,7 @@ def test_a_run_without_an_end_goes_on_to_its_event(method, sign):
 
 def test_a_run_without_an_end_lands_on_breakpoints():
     """It stands still until a push of 1 N s, far too short to be met by chance, sets it going."""
-    push = qddot.pulse_train(times=[1000.0], duration=1e-3, impulse=1.0)
+    push = qddot.signal.pulse_train(times=[1000.0], duration=1e-3, impulse=1.0)
     s = qddot.solve(
         still, (0.0, np.inf), [0.0, 0.0], method="dop853", rtol=1e-9, inputs=[push], events=[_crossing(0, 5.0)]
     )

@@ -11,18 +11,17 @@ import pint
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from qddot.model.system import Coordinate, Input, ModelError, Parameter, System
+from qddot.runner.inputs.csv_table import table_from_csv
+from qddot.runner.study.batch_schema import SweepTable
+from qddot.runner.study.sweep import sweep_of
+from qddot.runner.study.units import magnitude
+from qddot.units.amounts import amount_in, number_and_unit
+from qddot.units.names import _BASE_NAMES
+from qddot.units.table import PREFIXED, PREFIXES, TABLE, TEMPERATURES
+from qddot.units.worth import to_base, unit_of
 from sympy import Symbol
 from test_walls import ROOT
-
-from model.system import Coordinate, Input, ModelError, Parameter, System
-from runner.inputs.csv_table import table_from_csv
-from runner.study.batch_schema import SweepTable
-from runner.study.sweep import sweep_of
-from runner.study.units import magnitude
-from units.amounts import amount_in, number_and_unit
-from units.names import _BASE_NAMES
-from units.table import PREFIXED, PREFIXES, TABLE, TEMPERATURES
-from units.worth import to_base, unit_of
 
 SLIPS = {
     "12,5 N": 'write "12.5 N"',
@@ -359,9 +358,9 @@ def test_units_of_models_are_checked():
 def test_units_of_the_table_need_no_pint():
     code = """
 import sys
-from units.amounts import amount_in
+from qddot.units.amounts import amount_in
 amount_in("65 kN/m", "N/m"), amount_in("200 rpm", "rad/s"), amount_in("20 km/h", "m/s"), amount_in("5 mm", "m")
-import model.m113
+import qddot.model.m113
 sys.exit("pint" in sys.modules)
 """
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0
@@ -371,9 +370,9 @@ def test_the_texts_of_units_in_models_and_studies_are_in_the_table():
     code = """
 import sys
 from pathlib import Path
-from runner.load import available, load
-from runner.study.read import read
-from runner.study.run import settings, study_model
+from qddot.runner.load import available, load
+from qddot.runner.study.read import read
+from qddot.runner.study.run import settings, study_model
 for path in sorted(Path("studies").glob("*.toml")):
     study = read(path)
     settings(study, study_model(study, path), path)

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from runner.paper.figures import draw_errors, draw_schemes
-from runner.paper.verification import REPORTED, verify
+from qddot.runner.paper.figures import draw_errors, draw_schemes
+from qddot.runner.paper.verification import REPORTED, verify
 
 ROOT = Path(__file__).parent.parent
 
@@ -63,7 +62,7 @@ def test_figures_are_drawn(as_run, tmp_path):
 
 
 def test_the_command_prints_json_and_exits_with_0():
-    command = [sys.executable, "qddot.py", "verify", "--json"]
+    command = [sys.executable, "-m", "qddot", "verify", "--json"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

@@ -9,15 +9,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from sympy import Rational, cos, sin, symbols
 
-from codegen.constants import hoist, telling
-from codegen.kernel import Kernel, Slot
-from codegen.lagrange import derive
-from codegen.lower import lower, optimize
-from codegen.rewrite import Names
-from codegen.rules import flatten, folded, front, inline, prune, pythagoras, simplify
-from codegen.sharing import share
-from codegen.zeros import without_zeros
-from model.system import Coordinate, Parameter, System
+from qddot.codegen.constants import hoist, telling
+from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower, optimize
+from qddot.codegen.rewrite import Names
+from qddot.codegen.rules import flatten, folded, front, inline, prune, pythagoras, simplify
+from qddot.codegen.sharing import share
+from qddot.codegen.zeros import without_zeros
+from qddot.model.system import Coordinate, Parameter, System
 
 SYMBOLS = a, b, c, d, x, y, z = se.symbols("a b c d x y z")
 p, q, K = se.symbols("p q K")

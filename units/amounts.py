@@ -1,7 +1,7 @@
 """Amounts: a number with its unit, read in the unit that is wanted."""
 
-from units.text import quoted, split
-from units.worth import DimensionError, conversion, unit_of
+from qddot.units.text import quoted, split
+from qddot.units.worth import DimensionError, conversion, unit_of
 
 
 def number_and_unit(text: str) -> tuple[float, str]:

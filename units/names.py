@@ -4,8 +4,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from units.table import PREFIXED, PREFIXES, SEVERAL, TABLE, TEMPERATURES
-from units.text import quoted
+from qddot.units.table import PREFIXED, PREFIXES, SEVERAL, TABLE, TEMPERATURES
+from qddot.units.text import quoted
 
 #: How a name begins that says which of several is meant.
 _SAYS_WHICH = ("short_", "force_short_", "US_", "liquid_", "number_")

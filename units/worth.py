@@ -6,9 +6,9 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from units.names import look_up
-from units.table import PI
-from units.text import factors, quoted
+from qddot.units.names import look_up
+from qddot.units.table import PI
+from qddot.units.text import factors, quoted
 
 Dimension = tuple[tuple[str, int], ...]
 

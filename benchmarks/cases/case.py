@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.load import Model
+from qddot.runner.load import Model
 
 Floats = NDArray[np.float64]
 #: Computes final states (runs, 2n) of all runs of a case.

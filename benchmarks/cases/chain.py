@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from qddot.runner.load import Model
 from scipy.linalg import expm
 
 import qddot
 from benchmarks.cases.case import Case, Floats
-from runner.load import Model
 
 STIFFNESS, DAMPING, AMPLITUDE, FREQUENCY = 1000.0, 1.0, 0.05, 1.0
 OMEGA = 2 * np.pi * FREQUENCY
@@ -17,7 +17,7 @@ OMEGA = 2 * np.pi * FREQUENCY
 def shaken(model: Model, end: float) -> Case:
     """One run; its start has no displacement, and the speed of the foot is that of the sine from the beginning."""
     n = len(model.coordinate_names)
-    keywords = {"inputs": {"w": qddot.sine(AMPLITUDE, FREQUENCY)}}
+    keywords = {"inputs": {"w": qddot.signal.sine(AMPLITUDE, FREQUENCY)}}
     return Case(
         model=model,
         starts=np.zeros((1, 2 * n)),

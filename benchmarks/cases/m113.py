@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import sympy
 from numba import njit
+from qddot.model.m113 import system
+from qddot.runner.load import Model
 
 import qddot
 from benchmarks.cases.case import Case, Floats
 from benchmarks.cases.reference import by_scipy
-from model.m113 import system
-from runner.load import Model
 
 DURATION, IMPULSE, WAVELENGTH, AMPLITUDE = 0.1, 605.0, 3.0, 0.05
 PEAK = IMPULSE * np.pi / (2 * DURATION)
@@ -39,7 +39,7 @@ def drives(model: Model, runs: int, end: float = 2.0) -> Case:
 
 def batch_keywords(case: Case, road: Any = None) -> dict[str, Any]:
     """What `simulate_batch` takes for these drives, over a road of one's own if wanted."""
-    road = road or qddot.sine(AMPLITUDE, 1 / WAVELENGTH)
+    road = road or qddot.signal.sine(AMPLITUDE, 1 / WAVELENGTH)
     speeds, shots, inverse_masses = case.given.T
     inputs = {f"z_{i + 1}": qddot.per_run(road, speeds, -place) for i, place in enumerate(places(case.model))}
     inputs["F"] = qddot.per_run(_shot(0.0), offset=-shots)
@@ -73,14 +73,14 @@ def _one(case: Case, amplitude: float) -> dict[str, Any]:
     speed, shot, _ = case.given[0]
     rate = speed / WAVELENGTH
     inputs = {
-        f"z_{i + 1}": qddot.sine(amplitude, rate, -2 * np.pi * place / WAVELENGTH)
+        f"z_{i + 1}": qddot.signal.sine(amplitude, rate, -2 * np.pi * place / WAVELENGTH)
         for i, place in enumerate(places(case.model))
     }
     return {"parameters": PARAMETERS, "inputs": inputs | {"F": _shot(shot)}}
 
 
 def _shot(at: float) -> Any:
-    return qddot.pulse_train(times=[at], duration=DURATION, impulse=IMPULSE)
+    return qddot.signal.pulse_train(times=[at], duration=DURATION, impulse=IMPULSE)
 
 
 def _parameter(model: Model, name: str) -> int:

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-
-from runner.inputs.signal import stack
-from runner.methods import find_method
-from runner.options import Options
-from runner.problem import Problem as System
-from runner.problem import Trajectory
+from qddot.runner.inputs.signal import stack
+from qddot.runner.methods import find_method
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem as System
+from qddot.runner.problem import Trajectory
 
 #: Decorator of the right-hand sides and Jacobians (calling convention of `runner.abi`), compiled at their first use.
 kernel = njit(cache=True, error_model="numpy")

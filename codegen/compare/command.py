@@ -5,14 +5,14 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from codegen.compare.difference import compare
-from codegen.compare.report import latex, records, summary, text
-from codegen.compare.sheet import read
-from codegen.compare.tree import CompareError
-from codegen.compare.wording import accounts
-from codegen.lagrange import derive
-from codegen.sources import find
-from model.system import ModelError, System
+from qddot.codegen.compare.difference import compare
+from qddot.codegen.compare.report import latex, records, summary, text
+from qddot.codegen.compare.sheet import read
+from qddot.codegen.compare.tree import CompareError
+from qddot.codegen.compare.wording import accounts
+from qddot.codegen.lagrange import derive
+from qddot.codegen.sources import find
+from qddot.model.system import ModelError, System
 
 
 def run(path: Path, name: str | None, form: str) -> int:

@@ -7,17 +7,17 @@ from typing import Any
 
 import symengine as se
 
-from codegen.calculus import terms
-from codegen.canonical import AlgebraError, canonical
-from codegen.compare.edits import Change, explain
-from codegen.compare.sheet import Sheet, Written
-from codegen.compare.tree import Addend, CompareError, addends, symbols
-from codegen.compare.values import Reading
-from codegen.compare.zero import vanishes
-from codegen.equations.legible import legible
-from codegen.equations.order import Order
-from codegen.identities import Polynomial, total
-from codegen.lagrange import Equations
+from qddot.codegen.calculus import terms
+from qddot.codegen.canonical import AlgebraError, canonical
+from qddot.codegen.compare.edits import Change, explain
+from qddot.codegen.compare.sheet import Sheet, Written
+from qddot.codegen.compare.tree import Addend, CompareError, addends, symbols
+from qddot.codegen.compare.values import Reading
+from qddot.codegen.compare.zero import vanishes
+from qddot.codegen.equations.legible import legible
+from qddot.codegen.equations.order import Order
+from qddot.codegen.identities import Polynomial, total
+from qddot.codegen.lagrange import Equations
 
 #: Whether two expressions are equal.
 _Same = Callable[[Any, Any], bool]

@@ -12,11 +12,11 @@ from typing import Any
 
 import symengine as se
 
-from codegen.canonical import canonical, combined
-from codegen.compare.tree import Addend, inner_addends, symbols
-from codegen.compare.values import Reading
-from codegen.equations.spelling import spelling
-from codegen.identities import Polynomial, total
+from qddot.codegen.canonical import canonical, combined
+from qddot.codegen.compare.tree import Addend, inner_addends, symbols
+from qddot.codegen.compare.values import Reading
+from qddot.codegen.equations.spelling import spelling
+from qddot.codegen.identities import Polynomial, total
 
 _Names = dict[str, str]
 

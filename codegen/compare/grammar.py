@@ -14,7 +14,19 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import inf, isinf, prod
 
-from codegen.compare.tree import Addend, Call, CompareError, Node, Number, Power, Product, Sum, Symbol, parts, symbols
+from qddot.codegen.compare.tree import (
+    Addend,
+    Call,
+    CompareError,
+    Node,
+    Number,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    parts,
+    symbols,
+)
 
 #: Functions and how many arguments each takes.
 FUNCTIONS = {

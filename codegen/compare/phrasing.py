@@ -3,9 +3,9 @@
 from fractions import Fraction
 from sys import float_info
 
-from codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol, addends
-from codegen.equations import phrases
-from codegen.equations.phrases import Formula, Term
+from qddot.codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol, addends
+from qddot.codegen.equations import phrases
+from qddot.codegen.equations.phrases import Formula, Term
 
 _FUNCTIONS = {"sign": "sgn"}
 #: Denominators up to here are written as fractions, larger ones as decimals.

@@ -4,15 +4,16 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from codegen.compare.wording import Account, Message, Remark
-from codegen.environment import environment
-from codegen.equations.latex_script import LatexScript
-from codegen.equations.latex_text import escape
-from codegen.equations.layout import joined, lines
-from codegen.equations.phrases import Formula
-from codegen.equations.typesetter import Typesetter
-from codegen.equations.unicode_script import UnicodeScript, wrapped
-from words import be, counted
+from qddot.codegen.compare.wording import Account, Message, Remark
+from qddot.codegen.environment import environment
+from qddot.codegen.equations.latex_script import LatexScript
+from qddot.codegen.equations.latex_text import escape
+from qddot.codegen.equations.layout import joined, lines
+from qddot.codegen.equations.phrases import Formula
+from qddot.codegen.equations.typesetter import Typesetter
+from qddot.codegen.equations.unicode_script import UnicodeScript, wrapped
+
+from qddot.words import be, counted
 
 _DISPLAY = 38.0
 _KIND, _INDENT = 9, 4

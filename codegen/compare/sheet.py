@@ -17,9 +17,10 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
-from codegen.compare.grammar import FUNCTIONS, parse
-from codegen.compare.tree import CompareError, Node, symbols
-from words import nearest
+from qddot.codegen.compare.grammar import FUNCTIONS, parse
+from qddot.codegen.compare.tree import CompareError, Node, symbols
+
+from qddot.words import nearest
 
 _NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _DIRECTIVE = re.compile(r"(model|symbols|let)\b(?!\s*:)")

@@ -8,9 +8,9 @@ import symengine as se
 from sympy import Abs, sign
 from sympy import Symbol as SympySymbol
 
-from codegen.canonical import exact
-from codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol
-from codegen.convert import convert
+from qddot.codegen.canonical import exact
+from qddot.codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol
+from qddot.codegen.convert import convert
 
 _FUNCTIONS = {name: getattr(se, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")}
 _FUNCTIONS |= {"exp": se.exp, "log": se.log, "sqrt": se.sqrt, "atan2": se.atan2}

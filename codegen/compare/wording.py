@@ -5,18 +5,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import symengine as se
-
-from codegen.compare.difference import Comparison
-from codegen.compare.edits import Change
-from codegen.compare.phrasing import formula, term
-from codegen.compare.sheet import Sheet
-from codegen.compare.tree import Addend, addends
-from codegen.equations.notation import describe
-from codegen.equations.order import Order
-from codegen.equations.phrases import Formula, Name, Sum
-from codegen.equations.phrases import term as alone
-from codegen.equations.reading import Reader
-from codegen.lagrange import Equations
+from qddot.codegen.compare.difference import Comparison
+from qddot.codegen.compare.edits import Change
+from qddot.codegen.compare.phrasing import formula, term
+from qddot.codegen.compare.sheet import Sheet
+from qddot.codegen.compare.tree import Addend, addends
+from qddot.codegen.equations.notation import describe
+from qddot.codegen.equations.order import Order
+from qddot.codegen.equations.phrases import Formula, Name, Sum
+from qddot.codegen.equations.phrases import term as alone
+from qddot.codegen.equations.reading import Reader
+from qddot.codegen.lagrange import Equations
 
 #: Words, and formulas between them.
 Message = tuple[str | Sum, ...]

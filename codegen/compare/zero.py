@@ -13,9 +13,8 @@ from typing import Any
 
 import mpmath
 import symengine as se
-
-from codegen.convert import MATH_NAMES
-from codegen.rewrite import is_number
+from qddot.codegen.convert import MATH_NAMES
+from qddot.codegen.rewrite import is_number
 
 Values = Mapping[Any, Fraction]
 Forced = Mapping[Any, bool]

@@ -3,15 +3,15 @@
 import shutil
 from pathlib import Path
 
-from codegen.command import shown
-from codegen.equations.notation import describe
-from codegen.equations.page import html
-from codegen.equations.terminal import text
-from codegen.equations.tex import tex
-from codegen.equations.typeset import TypesetError, pdf
-from codegen.generate import write_atomically
-from codegen.lagrange import derive
-from codegen.sources import find
+from qddot.codegen.command import shown
+from qddot.codegen.equations.notation import describe
+from qddot.codegen.equations.page import html
+from qddot.codegen.equations.terminal import text
+from qddot.codegen.equations.tex import tex
+from qddot.codegen.equations.typeset import TypesetError, pdf
+from qddot.codegen.generate import write_atomically
+from qddot.codegen.lagrange import derive
+from qddot.codegen.sources import find
 
 
 def equations(names: tuple[str, ...], into: Path, quiet: bool) -> int:

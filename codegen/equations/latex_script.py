@@ -3,10 +3,10 @@
 from collections.abc import Sequence, Set
 from fractions import Fraction
 
-from codegen.equations.latex_text import greek
-from codegen.equations.layout import Box, beside
-from codegen.equations.phrases import Value
-from codegen.equations.spelling import GREEK, Spelling, spelling
+from qddot.codegen.equations.latex_text import greek
+from qddot.codegen.equations.layout import Box, beside
+from qddot.codegen.equations.phrases import Value
+from qddot.codegen.equations.spelling import GREEK, Spelling, spelling
 
 # Widths of cmmi10 in hundredths of an em, italic correction included, from its metric file (tftopl cmmi10.tfm).
 # Every width is an upper bound: a formula that is too wide by the estimate breaks early, never late.

@@ -3,7 +3,7 @@
 import re
 import unicodedata
 
-from codegen.equations.spelling import GREEK
+from qddot.codegen.equations.spelling import GREEK
 
 
 def greek(name: str) -> str:

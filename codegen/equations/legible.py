@@ -5,9 +5,9 @@ from typing import Any
 
 import symengine as se
 
-from codegen.identities import gathered, polynomial, spread, total, with_angle_sums, without_squares
-from codegen.rewrite import factors
-from codegen.rules import flatten
+from qddot.codegen.identities import gathered, polynomial, spread, total, with_angle_sums, without_squares
+from qddot.codegen.rewrite import factors
+from qddot.codegen.rules import flatten
 
 #: An expression that would open to more terms than this stays closed.
 _MANY = 2000

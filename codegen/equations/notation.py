@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import symengine as se
-
-from codegen.equations.legible import legible
-from codegen.equations.order import Order
-from codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
-from codegen.equations.reading import Reader
-from codegen.equations.spelling import alike
-from codegen.lagrange import Equations
-from model.check import declared
-from model.system import ModelError
+from qddot.codegen.equations.legible import legible
+from qddot.codegen.equations.order import Order
+from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
+from qddot.codegen.equations.reading import Reader
+from qddot.codegen.equations.spelling import alike
+from qddot.codegen.lagrange import Equations
+from qddot.model.check import declared
+from qddot.model.system import ModelError
 
 
 @dataclass(frozen=True, slots=True)

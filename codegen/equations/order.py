@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import symengine as se
-
-from codegen.lagrange import Equations
-from codegen.rewrite import is_number, split_number
+from qddot.codegen.lagrange import Equations
+from qddot.codegen.rewrite import is_number, split_number
 
 Rank = tuple[int, int]
 

@@ -7,14 +7,13 @@ from functools import lru_cache
 
 from latex2mathml.converter import convert
 from markupsafe import Markup, escape
-
-from codegen.environment import environment
-from codegen.equations.latex_script import LatexScript, decimal
-from codegen.equations.layout import Box, beside, fitting, joined
-from codegen.equations.notation import Document, Entry
-from codegen.equations.phrases import Factor, Formula, Name
-from codegen.equations.tex import lagrange
-from codegen.equations.typesetter import Typesetter
+from qddot.codegen.environment import environment
+from qddot.codegen.equations.latex_script import LatexScript, decimal
+from qddot.codegen.equations.layout import Box, beside, fitting, joined
+from qddot.codegen.equations.notation import Document, Entry
+from qddot.codegen.equations.phrases import Factor, Formula, Name
+from qddot.codegen.equations.tex import lagrange
+from qddot.codegen.equations.typesetter import Typesetter
 
 #: Wider pieces are cut further, in em; a piece that cannot be cut scrolls in its own box.
 _PIECE = 28.0

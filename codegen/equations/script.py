@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from codegen.equations.layout import Box
-from codegen.equations.phrases import Value
+from qddot.codegen.equations.layout import Box
+from qddot.codegen.equations.phrases import Value
 
 
 class Script(Protocol):

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from codegen.equations.layout import Box, beside, joined, lines
-from codegen.equations.notation import Document, Entry, MassMatrix
-from codegen.equations.phrases import Factor, Formula, Name
-from codegen.equations.typesetter import Typesetter
-from codegen.equations.unicode_script import UnicodeScript, boxed, columns, wrapped
+from qddot.codegen.equations.layout import Box, beside, joined, lines
+from qddot.codegen.equations.notation import Document, Entry, MassMatrix
+from qddot.codegen.equations.phrases import Factor, Formula, Name
+from qddot.codegen.equations.typesetter import Typesetter
+from qddot.codegen.equations.unicode_script import UnicodeScript, boxed, columns, wrapped
 
 _MARGIN, _INDENT, _NARROWEST = 2, 4, 40
 

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from codegen.environment import environment
-from codegen.equations.latex_script import LatexScript, decimal
-from codegen.equations.latex_text import escape, unit
-from codegen.equations.layout import Box, beside, joined, lines
-from codegen.equations.notation import Document, Entry
-from codegen.equations.phrases import Formula, Name
-from codegen.equations.typesetter import Typesetter
+from qddot.codegen.environment import environment
+from qddot.codegen.equations.latex_script import LatexScript, decimal
+from qddot.codegen.equations.latex_text import escape, unit
+from qddot.codegen.equations.layout import Box, beside, joined, lines
+from qddot.codegen.equations.notation import Document, Entry
+from qddot.codegen.equations.phrases import Formula, Name
+from qddot.codegen.equations.typesetter import Typesetter
 
 #: Widths in em of the page (A4, 10 pt, margins of 25 mm), of a display, and of one with its number.
 _PAGE, _DISPLAY, _NUMBERED = 45.5, 43.5, 40.5

@@ -5,8 +5,8 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
-from codegen.equations.layout import Box, beside, joined, times
-from codegen.equations.phrases import (
+from qddot.codegen.equations.layout import Box, beside, joined, times
+from qddot.codegen.equations.phrases import (
     Call,
     Cases,
     Constant,
@@ -21,7 +21,7 @@ from codegen.equations.phrases import (
     Term,
     Value,
 )
-from codegen.equations.script import Script
+from qddot.codegen.equations.script import Script
 
 _POWERED = {"sin", "cos", "tan", "sinh", "cosh", "tanh"}
 _HALF = Fraction(1, 2)

@@ -4,9 +4,9 @@ import unicodedata
 from collections.abc import Sequence, Set
 from fractions import Fraction
 
-from codegen.equations.layout import Box, beside
-from codegen.equations.phrases import Value
-from codegen.equations.spelling import GREEK, spelling
+from qddot.codegen.equations.layout import Box, beside
+from qddot.codegen.equations.phrases import Value
+from qddot.codegen.equations.spelling import GREEK, spelling
 
 _DIGITS_BELOW = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _DIGITS_ABOVE = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")

@@ -4,15 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.batch.engine import run_block
-from runner.batch.job import Job
-from runner.batch.prepared import Run
-from runner.batch.probe import probe
-from runner.batch.sampling import Sampling
-from runner.metrics.table import compiled_metric
-from runner.problem import Status
-from runner.study.read import StudyError
+from qddot.runner.batch.engine import run_block
+from qddot.runner.batch.job import Job
+from qddot.runner.batch.prepared import Run
+from qddot.runner.batch.probe import probe
+from qddot.runner.batch.sampling import Sampling
+from qddot.runner.metrics.table import compiled_metric
+from qddot.runner.problem import Status
+from qddot.runner.study.read import StudyError
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from runner.batch.block import warm_up
-from runner.batch.job import Job, job_of
-from runner.batch.stopping import Wish
-from runner.batch.store import Store, StoreError
-from runner.batch.threads import compute_and_write
-from runner.study.read import StudyError
+from qddot.runner.batch.block import warm_up
+from qddot.runner.batch.job import Job, job_of
+from qddot.runner.batch.stopping import Wish
+from qddot.runner.batch.store import Store, StoreError
+from qddot.runner.batch.threads import compute_and_write
+from qddot.runner.study.read import StudyError
 
 #: How often a block may end its worker before the batch gives up.
 ATTEMPTS = 5
@@ -48,7 +48,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     try:
         from distributed import Client, LocalCluster  # noqa: PLC0415 - an optional library
     except ImportError:
-        raise StudyError("--workers and --scheduler need Dask: pip install 'distributed'") from None
+        raise StudyError("--workers and --scheduler need Dask: pip install 'qddot[cluster]'") from None
     if scheduler is not None:
         try:
             client = Client(scheduler, timeout="10s")

@@ -3,18 +3,24 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from qddot.runner.batch.export import export
+from qddot.runner.batch.job import Job, read_job
+from qddot.runner.batch.results import Results
+from qddot.runner.batch.run import check_workers, computed, opened, updated
+from qddot.runner.batch.store import Store, StoreError
+from qddot.runner.checks import unknown
+from qddot.runner.files import named
+from qddot.runner.report.batch_progress import BatchProgress
+from qddot.runner.report.batch_tables import (
+    counts,
+    extremes_table,
+    failures_table,
+    metrics_table,
+    valueless,
+    wide_console,
+)
+from qddot.runner.study.overrides import parsed
 from rich.console import Console
-
-from runner.batch.export import export
-from runner.batch.job import Job, read_job
-from runner.batch.results import Results
-from runner.batch.run import check_workers, computed, opened, updated
-from runner.batch.store import Store, StoreError
-from runner.checks import unknown
-from runner.files import named
-from runner.report.batch_progress import BatchProgress
-from runner.report.batch_tables import counts, extremes_table, failures_table, metrics_table, valueless, wide_console
-from runner.study.overrides import parsed
 
 
 def batch(
@@ -46,7 +52,7 @@ def batch(
     _print(console, results)
     console.print(f"wrote {store.path}", highlight=False, soft_wrap=True)
     if figure and len(results.finished) and results.axes:
-        from runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
+        from qddot.runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
         console.print(f"wrote {draw(results, picture_of(store.path))}", highlight=False, soft_wrap=True)
     return 0 if len(results.finished) else 1
@@ -107,7 +113,7 @@ def picture_of(store: Path, **chosen: Sequence[object]) -> Path:
 
 def plot(store: Path, metrics: Sequence[str], over: Sequence[str], runs: str | None, into: Path | None) -> int:
     """Draw a figure of a store."""
-    from runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     results = Results(store)
     if runs is None:

@@ -5,15 +5,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.batch.lanes_block import in_lanes, kind
-from runner.batch.prepared import Run
-from runner.batch.sampling import Sampling
-from runner.lanes.kernel import lane_rhs
-from runner.observe import Observer
-from runner.options import Options
-from runner.problem import Status, Trajectory
-from runner.simulate import Simulation
+from qddot.runner.batch.lanes_block import in_lanes, kind
+from qddot.runner.batch.prepared import Run
+from qddot.runner.batch.sampling import Sampling
+from qddot.runner.lanes.kernel import lane_rhs
+from qddot.runner.observe import Observer
+from qddot.runner.options import Options
+from qddot.runner.problem import Status, Trajectory
+from qddot.runner.simulate import Simulation
 
 #: A sample interval this close to a multiple of the step, relative to it, is one.
 WHOLE = 1e-9

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from runner.batch.results import Results
-from runner.files import written_aside
+from qddot.runner.batch.results import Results
+from qddot.runner.files import written_aside
 
 FORMATS = (".csv", ".parquet")
 
@@ -55,7 +54,7 @@ def _write_parquet(results: Results, path: Path) -> None:
         import pyarrow  # noqa: PLC0415 - an optional library
         import pyarrow.parquet  # noqa: PLC0415
     except ImportError:
-        raise ValueError("Parquet needs pyarrow: pip install pyarrow; or export to .csv") from None
+        raise ValueError("Parquet needs pyarrow: pip install 'qddot[parquet]'; or export to .csv") from None
     columns = list(_columns(results))
     arrays = [pyarrow.array(values.tolist()) for _, _, values in columns]
     fields = [

@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from runner.batch.engine import NOT_RUN
-from runner.batch.results import Results
+from qddot.runner.batch.engine import NOT_RUN
+from qddot.runner.batch.results import Results
 
 #: What stands in place of a number of a run that is missing: NaN but for these, and for counts, which are 0.
 _MISSING = {"status": NOT_RUN, "failed_state": -1}

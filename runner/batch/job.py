@@ -7,22 +7,21 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.batch.prepared import Run
-from runner.batch.sampling import Sampling, sampling_of
-from runner.batch.wanted import check_outputs, request_of
-from runner.equilibrium import Guess, rest, resting_inputs
-from runner.inputs.signal import InputTable
-from runner.load import Model
-from runner.metrics.measure import Measure, measure, quantity_of
-from runner.observe import Observer, observer
-from runner.simulate import prepare
-from runner.study.amounts import Amounts
-from runner.study.overrides import Tree, changed
-from runner.study.read import StudyError, check, place, read_tree
-from runner.study.run import settings, study_model
-from runner.study.schema import Study
-from runner.study.sweep import Sweep, described, sweep_of
+from qddot.runner.batch.prepared import Run
+from qddot.runner.batch.sampling import Sampling, sampling_of
+from qddot.runner.batch.wanted import check_outputs, request_of
+from qddot.runner.equilibrium import Guess, rest, resting_inputs
+from qddot.runner.inputs.signal import InputTable
+from qddot.runner.load import Model
+from qddot.runner.metrics.measure import Measure, measure, quantity_of
+from qddot.runner.observe import Observer, observer
+from qddot.runner.simulate import prepare
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.overrides import Tree, changed
+from qddot.runner.study.read import StudyError, check, place, read_tree
+from qddot.runner.study.run import settings, study_model
+from qddot.runner.study.schema import Study
+from qddot.runner.study.sweep import Sweep, described, sweep_of
 
 #: Bytes of samples that a block may take, and the most runs in one.
 BLOCK_BYTES, MOST_IN_BLOCK = 32 * 2**20, 128

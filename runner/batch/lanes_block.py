@@ -4,12 +4,11 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
-
-from runner.batch.prepared import Run
-from runner.batch.sampling import Sampling
-from runner.lanes.batch import IN_LANES, Batch, simulate_batch
-from runner.load import Model
-from runner.options import Options
+from qddot.runner.batch.prepared import Run
+from qddot.runner.batch.sampling import Sampling
+from qddot.runner.lanes.batch import IN_LANES, Batch, simulate_batch
+from qddot.runner.load import Model
+from qddot.runner.options import Options
 
 #: Options that runs in lanes take, and those of which they take the default only.
 TAKEN = ("step", "rtol", "max_step", "first_step", "max_steps", "divergence_limit")

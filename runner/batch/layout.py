@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.batch.engine import NOT_RUN, REFUSED
-from runner.batch.job import Job
-from runner.problem import Status
-from runner.study.overrides import Tree
+from qddot.runner.batch.engine import NOT_RUN, REFUSED
+from qddot.runner.batch.job import Job
+from qddot.runner.problem import Status
+from qddot.runner.study.overrides import Tree
 
 #: Version of the layout: a store of another one is not gone on with.
 LAYOUT = 1

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from runner.inputs.signal import Signal
-from runner.simulate import Simulation
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.simulate import Simulation
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,10 @@
 """Trying the ends of a sweep before it starts."""
 
 import numpy as np
-
-from runner.batch.job import Job
-from runner.batch.prepared import Run
-from runner.study.read import StudyError
-from runner.study.sweep import described
+from qddot.runner.batch.job import Job
+from qddot.runner.batch.prepared import Run
+from qddot.runner.study.read import StudyError
+from qddot.runner.study.sweep import described
 
 
 def probe(job: Job) -> Run:

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.batch.engine import NOT_RUN, REFUSED
-from runner.batch.store import Store, dataset
-from runner.checks import unknown
-from runner.problem import Status
-from runner.result import WHAT
+from qddot.runner.batch.engine import NOT_RUN, REFUSED
+from qddot.runner.batch.store import Store, dataset
+from qddot.runner.checks import unknown
+from qddot.runner.problem import Status
+from qddot.runner.result import WHAT
 
 
 @dataclass(frozen=True, eq=False)

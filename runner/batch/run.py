@@ -5,15 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from runner.batch.block import warm_up
-from runner.batch.differences import differences
-from runner.batch.job import Job, read_job
-from runner.batch.layout import attributes, versions
-from runner.batch.stopping import Wish, stoppable
-from runner.batch.store import OWN, Store, StoreError, create, free, locked, remove, tidy
-from runner.batch.threads import on_threads
-from runner.files import folder_ready
-from runner.workers import cores
+from qddot.runner.batch.block import warm_up
+from qddot.runner.batch.differences import differences
+from qddot.runner.batch.job import Job, read_job
+from qddot.runner.batch.layout import attributes, versions
+from qddot.runner.batch.stopping import Wish, stoppable
+from qddot.runner.batch.store import OWN, Store, StoreError, create, free, locked, remove, tidy
+from qddot.runner.batch.threads import on_threads
+from qddot.runner.files import folder_ready
+from qddot.runner.workers import cores
 
 #: The most worker processes that are started on this machine, for each core, and in any case.
 WORKERS_PER_CORE, FEW_WORKERS = 4, 16
@@ -50,7 +50,7 @@ def check_workers(workers: int | None, scheduler: str | None) -> None:
     if workers is not None and scheduler is not None:
         raise ValueError("--workers starts processes here, --scheduler takes those of a cluster: give one of them")
     if scheduler is not None:
-        from runner.batch.cluster import check_address  # noqa: PLC0415 - only who has a cluster needs it
+        from qddot.runner.batch.cluster import check_address  # noqa: PLC0415 - only who has a cluster needs it
 
         check_address(scheduler)
 
@@ -118,7 +118,7 @@ def _notes(
         ready()
         yield from on_threads(job, store, blocks, wish)
         return
-    from runner.batch.cluster import connected, on_workers  # noqa: PLC0415 - Dask is optional, and slow to import
+    from qddot.runner.batch.cluster import connected, on_workers  # noqa: PLC0415 - Dask is optional, and slow to import
 
     with connected(workers and min(workers, len(blocks)), scheduler) as client:
         yield from on_workers(job, store, blocks, wish, client, ready)

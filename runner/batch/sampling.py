@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.methods import find_method
+from qddot.runner.methods import find_method
 
 #: Samples of a run where nobody says how many, about; and the most.
 DEFAULT_SAMPLES, MOST_SAMPLES = 5000, 10_000_000

@@ -20,11 +20,10 @@ from typing import Any
 import numpy as np
 import zarr
 from numpy.typing import NDArray
-
-from runner.batch.block import Block
-from runner.batch.job import Job
-from runner.batch.layout import Variable, attributes, variables
-from runner.files import folder_ready
+from qddot.runner.batch.block import Block
+from qddot.runner.batch.job import Job
+from qddot.runner.batch.layout import Variable, attributes, variables
+from qddot.runner.files import folder_ready
 
 OWN = ".qddot"
 

@@ -6,11 +6,11 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from typing import Any
 
-from runner.batch.block import compute
-from runner.batch.job import Job
-from runner.batch.stopping import Wish
-from runner.batch.store import Store
-from runner.workers import cores
+from qddot.runner.batch.block import compute
+from qddot.runner.batch.job import Job
+from qddot.runner.batch.stopping import Wish
+from qddot.runner.batch.store import Store
+from qddot.runner.workers import cores
 
 
 def compute_and_write(job: Job, store: Store, index: int) -> dict[str, Any]:

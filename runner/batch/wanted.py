@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from runner.checks import unknown
-from runner.load import Model
-from runner.metrics.measure import Request, quantity_of
-from runner.observe import observable
-from runner.study.amounts import Amounts
-from runner.study.batch_schema import MetricTable
-from runner.study.schema import Study
-from runner.study.sweep import RESERVED, Sweep
+from qddot.runner.checks import unknown
+from qddot.runner.load import Model
+from qddot.runner.metrics.measure import Request, quantity_of
+from qddot.runner.observe import observable
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.batch_schema import MetricTable
+from qddot.runner.study.schema import Study
+from qddot.runner.study.sweep import RESERVED, Sweep
 
 
 def request_of(path: Path, name: str, table: MetricTable, model: Model) -> Request:

@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.checks import direction, flag, shown
-from runner.events.search import FUNCTION, OUTPUT, STATE, WATCH
-from runner.memory import address, record
-from runner.pointers import EVENT_SIGNATURE, pointer
+from qddot.runner import abi
+from qddot.runner.checks import direction, flag, shown
+from qddot.runner.events.search import FUNCTION, OUTPUT, STATE, WATCH
+from qddot.runner.memory import address, record
+from qddot.runner.pointers import EVENT_SIGNATURE, pointer
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,13 +1,12 @@
 """The compiled half of `events`: has a value crossed zero in a step, and where on the dense output did it."""
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.explicit.slopes import constants, input_values, look_up
-from runner.explicit.step import interpolate
-from runner.explicit.workspace import NEW, WITHIN, states
-from runner.memory import INLINE, LEAN, floats, integers, layout
-from runner.pointers import call_event, call_kernel
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.slopes import constants, input_values, look_up
+from qddot.runner.explicit.step import interpolate
+from qddot.runner.explicit.workspace import NEW, WITHIN, states
+from qddot.runner.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.pointers import call_event, call_kernel
 
 FUNCTION, OUTPUT, STATE = range(3)
 #: theta of an event that did not happen in the step.

@@ -9,16 +9,15 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.compiled import compiled
-from runner.exact.runs import RUNS, propagate_runs
-from runner.exact.space import SPACE, space_for
-from runner.inputs.signal import InputTable
-from runner.load import Model
-from runner.memory import address, record
-from runner.pointers import pointer
-from runner.workers import cores, on_threads
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.exact.runs import RUNS, propagate_runs
+from qddot.runner.exact.space import SPACE, space_for
+from qddot.runner.inputs.signal import InputTable
+from qddot.runner.load import Model
+from qddot.runner.memory import address, record
+from qddot.runner.pointers import pointer
+from qddot.runner.workers import cores, on_threads
 
 #: Runs that a thread takes at a time; between two such blocks it looks whether to stop.
 BLOCK_OF_RUNS = 16

@@ -1,7 +1,7 @@
 """The compiled functions that Python calls for a single run."""
 
-from runner.exact.balance import begin
-from runner.exact.propagate import advance_some, start
+from qddot.runner.exact.balance import begin
+from qddot.runner.exact.propagate import advance_some, start
 
 
 def begin_run(s, table, A, B, x):

@@ -3,14 +3,13 @@
 import math
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.exact.ladder import ROW, THETA_16, M, driving_block, place
-from runner.exact.space import POWERS
-from runner.inputs.instants import rounding
-from runner.inputs.reader import holds_to, piece_at
-from runner.memory import BLOCK, LEAN, floats, integers, matrix
-from runner.sums import weighted_sum
+from qddot.runner.compiled import compiled
+from qddot.runner.exact.ladder import ROW, THETA_16, M, driving_block, place
+from qddot.runner.exact.space import POWERS
+from qddot.runner.inputs.instants import rounding
+from qddot.runner.inputs.reader import holds_to, piece_at
+from qddot.runner.memory import BLOCK, LEAN, floats, integers, matrix
+from qddot.runner.sums import weighted_sum
 
 #: Of a table of pieces.
 COLUMNS = 8

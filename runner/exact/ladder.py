@@ -13,10 +13,9 @@ most, are computed once for a run. All matrices have room for n + q_max rows, so
 import math
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.memory import BLOCK, LEAN, floats
-from runner.sums import weighted_sum
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import BLOCK, LEAN, floats
+from qddot.runner.sums import weighted_sum
 
 #: Largest 1-norm at which the Taylor polynomial of degree 16 has a backward error of 2^-53.
 THETA_16 = 0.78

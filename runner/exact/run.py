@@ -6,20 +6,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.compiled import compiled
-from runner.compiling import working_time
-from runner.exact.course import advance, begin_run
-from runner.exact.space import SPACE, Arrays, space_for
-from runner.inputs.instants import ROUNDING, between
-from runner.inputs.signal import stack
-from runner.options import Options
-from runner.problem import Problem, Statistics, Status, Trajectory
-from runner.slices import drive
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.compiling import working_time
+from qddot.runner.exact.course import advance, begin_run
+from qddot.runner.exact.space import SPACE, Arrays, space_for
+from qddot.runner.inputs.instants import ROUNDING, between
+from qddot.runner.inputs.signal import stack
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+from qddot.runner.slices import drive
 
 if TYPE_CHECKING:
-    from runner.methods import Method
+    from qddot.runner.methods import Method
 
 #: Intervals saved by default.
 DEFAULT_INTERVALS = 5000

@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.exact.ladder import LEVELS, Y
-from runner.inputs.signal import AMPLITUDE, InputTable
-from runner.memory import BLOCK, layout
+from qddot.runner.exact.ladder import LEVELS, Y
+from qddot.runner.inputs.signal import AMPLITUDE, InputTable
+from qddot.runner.memory import BLOCK, layout
 
 #: A polynomial input piece has this many coefficients.
 POWERS = 4

@@ -7,25 +7,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.compiling import working_time
-from runner.events.kinds import EventLog, names_of, watch_for
-from runner.events.search import WATCH
-from runner.explicit.adaptive_course import COURSE
-from runner.explicit.adaptive_loop import advance
-from runner.explicit.controller import CONTROL, control_for
-from runner.explicit.step import PAIR, pair_for
-from runner.explicit.tableau_adaptive import EmbeddedPair
-from runner.explicit.workspace import SPACE, space_for, state_of
-from runner.inputs.instants import between
-from runner.memory import BLOCK, address, record
-from runner.options import Options
-from runner.problem import Problem, Statistics, Status, Trajectory
-from runner.slices import drive
+from qddot.runner.compiled import compiled
+from qddot.runner.compiling import working_time
+from qddot.runner.events.kinds import EventLog, names_of, watch_for
+from qddot.runner.events.search import WATCH
+from qddot.runner.explicit.adaptive_course import COURSE
+from qddot.runner.explicit.adaptive_loop import advance
+from qddot.runner.explicit.controller import CONTROL, control_for
+from qddot.runner.explicit.step import PAIR, pair_for
+from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
+from qddot.runner.explicit.workspace import SPACE, space_for, state_of
+from qddot.runner.inputs.instants import between
+from qddot.runner.memory import BLOCK, address, record
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+from qddot.runner.slices import drive
 
 if TYPE_CHECKING:
-    from runner.methods import Method
+    from qddot.runner.methods import Method
 
 #: State components advanced per slice: some milliseconds of work for a generated model.
 SLICE_WORK = 1_000_000

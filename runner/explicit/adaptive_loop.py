@@ -5,11 +5,10 @@ limits from the right, and the step size is the smaller of what was proposed bef
 """
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.events.search import NONE, locate, watch_start, watch_step
-from runner.explicit.adaptive_course import ensure_dense, record_all, save, save_within
-from runner.explicit.controller import (
+from qddot.runner.compiled import compiled
+from qddot.runner.events.search import NONE, locate, watch_start, watch_step
+from qddot.runner.explicit.adaptive_course import ensure_dense, record_all, save, save_within
+from qddot.runner.explicit.controller import (
     LEAST_LAST_ERROR,
     MATLAB,
     after_failure,
@@ -19,11 +18,11 @@ from runner.explicit.controller import (
     norm,
     scale,
 )
-from runner.explicit.slopes import settle, slope
-from runner.explicit.step import evaluate_next_slope, interpolate, take_step
-from runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy, states
-from runner.memory import LEAN, floats
-from runner.problem import Status
+from qddot.runner.explicit.slopes import settle, slope
+from qddot.runner.explicit.step import evaluate_next_slope, interpolate, take_step
+from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy, states
+from qddot.runner.memory import LEAN, floats
+from qddot.runner.problem import Status
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
 NON_FINITE, STEP_UNDERFLOW = int(Status.NON_FINITE), int(Status.STEP_UNDERFLOW)

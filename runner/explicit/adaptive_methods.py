@@ -1,10 +1,10 @@
 """The explicit methods that control their step."""
 
-from runner.explicit.adaptive import integrate
-from runner.explicit.tableau_adaptive import BOGACKI_SHAMPINE_32, DORMAND_PRINCE_54, TSIT5, EmbeddedPair
-from runner.explicit.tableau_dop853 import DOP853
-from runner.explicit.tableau_vern7 import VERN7
-from runner.methods import Method
+from qddot.runner.explicit.adaptive import integrate
+from qddot.runner.explicit.tableau_adaptive import BOGACKI_SHAMPINE_32, DORMAND_PRINCE_54, TSIT5, EmbeddedPair
+from qddot.runner.explicit.tableau_dop853 import DOP853
+from qddot.runner.explicit.tableau_vern7 import VERN7
+from qddot.runner.methods import Method
 
 
 def adaptive_step(pair: EmbeddedPair) -> Method:

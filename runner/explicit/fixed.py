@@ -7,21 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.compiling import working_time
-from runner.explicit.march import MARCH, advance, steps_of
-from runner.explicit.step import PAIR, tableau_for
-from runner.explicit.workspace import SPACE, space_for, state_of
-from runner.inputs.instants import ROUNDING, between
-from runner.inputs.short import with_stops
-from runner.memory import BLOCK, address, record
-from runner.options import Options
-from runner.problem import Problem, Statistics, Status, Trajectory
-from runner.slices import drive
+from qddot.runner.compiled import compiled
+from qddot.runner.compiling import working_time
+from qddot.runner.explicit.march import MARCH, advance, steps_of
+from qddot.runner.explicit.step import PAIR, tableau_for
+from qddot.runner.explicit.workspace import SPACE, space_for, state_of
+from qddot.runner.inputs.instants import ROUNDING, between
+from qddot.runner.inputs.short import with_stops
+from qddot.runner.memory import BLOCK, address, record
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+from qddot.runner.slices import drive
 
 if TYPE_CHECKING:
-    from runner.methods import Method
+    from qddot.runner.methods import Method
 
 #: Points saved by default, about.
 DEFAULT_POINTS = 5000

@@ -1,8 +1,8 @@
 """The methods that march with a constant step."""
 
-from runner.explicit.fixed import integrate
-from runner.explicit.tableau import EULER, HEUN, MIDPOINT, RK4, ButcherTableau
-from runner.methods import Method
+from qddot.runner.explicit.fixed import integrate
+from qddot.runner.explicit.tableau import EULER, HEUN, MIDPOINT, RK4, ButcherTableau
+from qddot.runner.methods import Method
 
 
 def fixed_step(tableau: ButcherTableau, name: str | None = None) -> Method:

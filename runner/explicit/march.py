@@ -5,11 +5,10 @@ output time is split there; the last step lands on t1.
 """
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.explicit.slopes import look_up, settle, slope
-from runner.explicit.step import evaluate_stages
-from runner.explicit.workspace import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.slopes import look_up, settle, slope
+from qddot.runner.explicit.step import evaluate_stages
+from qddot.runner.explicit.workspace import (
     BLOCK_BYTES,
     K0,
     NEW,
@@ -20,10 +19,10 @@ from runner.explicit.workspace import (
     states,
     write_states,
 )
-from runner.inputs.instants import ROUNDING, rounding
-from runner.memory import INLINE, LEAN, floats, integers, layout
-from runner.problem import Status
-from runner.sums import any_beyond, copy_items
+from qddot.runner.inputs.instants import ROUNDING, rounding
+from qddot.runner.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.problem import Status
+from qddot.runner.sums import any_beyond, copy_items
 
 #: A last step shorter than this part of a step is none.
 SNAP = 1e-9

@@ -14,11 +14,10 @@ from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
-
-from runner import abi
-from runner.compiled import compiled
-from runner.memory import LEAN, intrinsic
-from runner.pointers import caller, pointer
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import LEAN, intrinsic
+from qddot.runner.pointers import caller, pointer
 
 
 class Stage(types.Type):

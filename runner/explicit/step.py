@@ -7,13 +7,12 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.explicit.slopes import look_up, slope, slope_by_arrays
-from runner.explicit.stage import call_stage
-from runner.explicit.tableau import ButcherTableau
-from runner.explicit.tableau_adaptive import EmbeddedPair
-from runner.explicit.workspace import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.slopes import look_up, slope, slope_by_arrays
+from qddot.runner.explicit.stage import call_stage
+from qddot.runner.explicit.tableau import ButcherTableau
+from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
+from qddot.runner.explicit.workspace import (
     ERROR,
     ERROR_2,
     K0,
@@ -28,7 +27,7 @@ from runner.explicit.workspace import (
     row_address,
     sum_rows,
 )
-from runner.memory import INLINE, LEAN, address, floats, layout, record
+from qddot.runner.memory import INLINE, LEAN, address, floats, layout, record
 
 #: Bytes of a row of coefficients.
 ROW = 8 * MOST_STAGES

@@ -8,8 +8,7 @@ from fractions import Fraction as Q
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.explicit.tableau import ButcherTableau
+from qddot.runner.explicit.tableau import ButcherTableau
 
 
 @dataclass(frozen=True, eq=False)

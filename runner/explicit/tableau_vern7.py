@@ -8,9 +8,8 @@ Verner's own table, and with it the conditions of order 6 hold. Stages are count
 """
 
 import numpy as np
-
-from runner.explicit.tableau import ButcherTableau
-from runner.explicit.tableau_adaptive import EmbeddedPair, sparse
+from qddot.runner.explicit.tableau import ButcherTableau
+from qddot.runner.explicit.tableau_adaptive import EmbeddedPair, sparse
 
 STAGES, ALL_STAGES = 10, 16
 

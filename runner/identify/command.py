@@ -5,14 +5,13 @@ from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 
+from qddot.runner.identify.fit import fit
+from qddot.runner.identify.judge import judge
+from qddot.runner.identify.problem import read
+from qddot.runner.identify.store import estimates, save
+from qddot.runner.identify.tables import estimates_table, observations_table, quality
+from qddot.runner.report.progress import late_bar
 from rich.console import Console
-
-from runner.identify.fit import fit
-from runner.identify.judge import judge
-from runner.identify.problem import read
-from runner.identify.store import estimates, save
-from runner.identify.tables import estimates_table, observations_table, quality
-from runner.report.progress import late_bar
 
 
 def identify(path: Path, into: Path, as_json: bool) -> int:
@@ -27,7 +26,7 @@ def identify(path: Path, into: Path, as_json: bool) -> int:
         said = {"estimates": [asdict(each) for each in unknowns], "notes": judgement.notes, "file": str(written)}
         print(json.dumps(said | {"chi_squared": judgement.chi_squared, "fits": judgement.fits}, indent=1))
         return 0 if found.converged else 1
-    from runner.identify.figure import draw  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.identify.figure import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     console = Console()
     console.print(f"[bold]{problem.given.title}[/bold]")

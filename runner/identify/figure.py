@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-from runner.files import written_aside
-from runner.identify.fit import Fit
-from runner.identify.problem import Case, Problem
-from runner.identify.schema import Observation
-from runner.report.figures import COLOURS
-from runner.solution import Solution
+from qddot.runner.files import written_aside
+from qddot.runner.identify.fit import Fit
+from qddot.runner.identify.problem import Case, Problem
+from qddot.runner.identify.schema import Observation
+from qddot.runner.report.figures import COLOURS
+from qddot.runner.solution import Solution
 
 _LARGEST = 1e-3
 

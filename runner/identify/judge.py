@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from qddot.runner.identify.fit import Fit
+from qddot.runner.identify.problem import Problem
 from scipy.stats import chi2
 
-from runner.identify.fit import Fit
-from runner.identify.problem import Problem
-from words import counted
+from qddot.words import counted
 
 Vector = NDArray[np.float64]
 

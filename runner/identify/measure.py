@@ -2,11 +2,10 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from qddot.runner.checks import unknown
+from qddot.runner.identify.schema import Observation
+from qddot.runner.solution import Solution
 from scipy.interpolate import CubicSpline
-
-from runner.checks import unknown
-from runner.identify.schema import Observation
-from runner.solution import Solution
 
 Vector = NDArray[np.float64]
 

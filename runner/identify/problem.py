@@ -7,20 +7,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
-
-from runner.checks import unknown
-from runner.files import named_code
-from runner.identify.measure import measured
-from runner.identify.schema import Identification, Observation, Scenario
-from runner.inputs.csv_table import samples_from_csv
-from runner.inputs.tables import table_at
-from runner.load import Model
-from runner.solution import Solution
-from runner.study.amounts import Amounts
-from runner.study.explain import explained
-from runner.study.overrides import Tree, changed
-from runner.study.read import StudyError, check, place, read_tree
-from runner.study.run import run, study_model
+from qddot.runner.checks import unknown
+from qddot.runner.files import named_code
+from qddot.runner.identify.measure import measured
+from qddot.runner.identify.schema import Identification, Observation, Scenario
+from qddot.runner.inputs.csv_table import samples_from_csv
+from qddot.runner.inputs.tables import table_at
+from qddot.runner.load import Model
+from qddot.runner.solution import Solution
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.explain import explained
+from qddot.runner.study.overrides import Tree, changed
+from qddot.runner.study.read import StudyError, check, place, read_tree
+from qddot.runner.study.run import run, study_model
 
 Vector = NDArray[np.float64]
 

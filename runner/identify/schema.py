@@ -3,8 +3,7 @@
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
-
-from runner.study.base import Real, Table, Whole
+from qddot.runner.study.base import Real, Table, Whole
 
 #: What is taken of a quantity within the window of an observation.
 Measure = Literal["greatest", "least", "range", "largest", "final", "rms", "at"]

@@ -8,10 +8,10 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from runner.files import written_aside
-from runner.identify.fit import Fit
-from runner.identify.judge import Judgement
-from runner.identify.problem import Problem
+from qddot.runner.files import written_aside
+from qddot.runner.identify.fit import Fit
+from qddot.runner.identify.judge import Judgement
+from qddot.runner.identify.problem import Problem
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,14 @@
 """What `qddot identify` prints."""
 
 import numpy as np
+from qddot.runner.identify.fit import Fit
+from qddot.runner.identify.judge import Judgement
+from qddot.runner.identify.problem import Problem
+from qddot.runner.identify.store import Estimate
+from qddot.runner.report.tables import plain_table
 from rich.table import Table
 
-from runner.identify.fit import Fit
-from runner.identify.judge import Judgement
-from runner.identify.problem import Problem
-from runner.identify.store import Estimate
-from runner.report.tables import plain_table
-from words import counted
+from qddot.words import counted
 
 
 def estimates_table(found: tuple[Estimate, ...]) -> Table:

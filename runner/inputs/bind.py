@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 
 import numpy as np
-
-from runner.checks import finite, shown, unknown
-from runner.inputs.instants import INSET
-from runner.inputs.shapes import constant
-from runner.inputs.signal import START, InputTable, Signal, jumps, stack
-from runner.tables import Tables
+from qddot.runner.checks import finite, shown, unknown
+from qddot.runner.inputs.instants import INSET
+from qddot.runner.inputs.shapes import constant
+from qddot.runner.inputs.signal import START, InputTable, Signal, jumps, stack
+from qddot.runner.tables import Tables
 
 
 def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> InputTable:
@@ -49,12 +48,13 @@ def as_signal(what: str, value: Signal | float) -> Signal:
         return value
     if callable(value):
         raise ValueError(
-            f"{what} is a function; give qddot.sampled(function, start, end, tolerance=...), which makes a table of "
-            "it, or qddot.table(t, values)"
+            f"{what} is a function; give qddot.signal.sampled(function, start, end, tolerance=...), which makes a "
+            "table of it, or qddot.signal.table(t, values)"
         )
     if isinstance(value, list | tuple) or np.ndim(value) > 0:
         raise ValueError(
-            f"{what} is a row of {np.size(value)} values; give qddot.table(t, values), which says when each holds"
+            f"{what} is a row of {np.size(value)} values; give qddot.signal.table(t, values), which says "
+            "when each holds"
         )
     return constant(finite(what, value))
 

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import finite, unknown
-from runner.inputs.signal import Signal
-from runner.inputs.tables import resampled, table_at
-from units.worth import AngleError, DimensionError, conversion, to_base
+from qddot.runner.checks import finite, unknown
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.inputs.tables import resampled, table_at
+from qddot.units.worth import AngleError, DimensionError, conversion, to_base
 
 #: Delimiters in the order of preference: a file with semicolons or tabs may have decimal commas.
 DELIMITERS = (";", "\t", ",")

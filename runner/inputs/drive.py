@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import finite, shown, unknown
-from runner.inputs.instants import ROUNDING, apart
-from runner.inputs.shapes import hermite
-from runner.inputs.signal import AMPLITUDE, C2, C3, START, Signal, values_at
-from runner.load import Model, Parameters, as_model
+from qddot.runner.checks import finite, shown, unknown
+from qddot.runner.inputs.instants import ROUNDING, apart
+from qddot.runner.inputs.shapes import hermite
+from qddot.runner.inputs.signal import AMPLITUDE, C2, C3, START, Signal, values_at
+from qddot.runner.load import Model, Parameters, as_model
 
 Vector = NDArray[np.float64]
 

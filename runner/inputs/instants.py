@@ -7,9 +7,8 @@ nanosecond, an epoch after zero as at zero.
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.memory import LEAN
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import LEAN
 
 Times = NDArray[np.float64]
 

@@ -6,10 +6,9 @@ Vibration 25 (1972) 111): the PSD of a road is that of its class exactly, not on
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import finite, unknown, whole
-from runner.inputs.shapes import hermite
-from runner.inputs.signal import C0, START, Signal
+from qddot.runner.checks import finite, unknown, whole
+from qddot.runner.inputs.shapes import hermite
+from qddot.runner.inputs.signal import C0, START, Signal
 
 Vector = NDArray[np.float64]
 

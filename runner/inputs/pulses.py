@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import finite, numbers, shown
-from runner.inputs.instants import apart, check_resolved
-from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
+from qddot.runner.checks import finite, numbers, shown
+from qddot.runner.inputs.instants import apart, check_resolved
+from qddot.runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
 #: A pulse is refused beyond these, in s: powers of its duration would overflow.
 SHORTEST, LONGEST = 1e-30, 1e30

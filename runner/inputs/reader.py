@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.inputs.sine import FAR, sine
-from runner.memory import LEAN, VIEW, first_item, floats
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.sine import FAR, sine
+from qddot.runner.memory import LEAN, VIEW, first_item, floats
 
 if TYPE_CHECKING:
-    from runner.inputs.signal import InputTable
+    from qddot.runner.inputs.signal import InputTable
 
 #: The head of a reader: the window; whether a channel has a sine in it, whether all the channels read are constant
 #: there; GROUP.

@@ -2,11 +2,10 @@
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import finite, row, shown, whole
-from runner.inputs.pulses import Pulse, start_times, train
-from runner.inputs.signal import START, Signal
-from runner.inputs.tables import table_at
+from qddot.runner.checks import finite, row, shown, whole
+from qddot.runner.inputs.pulses import Pulse, start_times, train
+from qddot.runner.inputs.signal import START, Signal
+from qddot.runner.inputs.tables import table_at
 
 #: Mean velocity of the powder gases that leave the muzzle, as a multiple of the muzzle velocity: SAAMI, Gun Recoil
 #: Formulae (2018), for high-powered rifles fired from the shoulder. It says nothing of cannon: a cannon's own factor

@@ -4,12 +4,11 @@ Before and behind what they describe they are level. `drive` brings them under t
 """
 
 import numpy as np
-
-from runner.checks import finite
-from runner.inputs.instants import check_resolved
-from runner.inputs.shapes import sine
-from runner.inputs.signal import AMPLITUDE, C0, FREQUENCY, PHASE, START, Signal
-from runner.inputs.tables import table
+from qddot.runner.checks import finite
+from qddot.runner.inputs.instants import check_resolved
+from qddot.runner.inputs.shapes import sine
+from qddot.runner.inputs.signal import AMPLITUDE, C0, FREQUENCY, PHASE, START, Signal
+from qddot.runner.inputs.tables import table
 
 
 def wave(amplitude: float, wavelength: float, phase: float = 0.0, mean: float = 0.0) -> Signal:

@@ -5,10 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import finite
-from runner.inputs.instants import RESOLVED
-from runner.inputs.signal import C0, START, Signal
+from qddot.runner.checks import finite
+from qddot.runner.inputs.instants import RESOLVED
+from qddot.runner.inputs.signal import C0, START, Signal
 
 Vector = NDArray[np.float64]
 
@@ -37,7 +36,7 @@ def sampled(
     Raises ValueError naming the argument, the time at which the function is no number, or where it cannot be followed.
     """
     if not callable(function):
-        raise ValueError(f"function is {function!r}, expected a function of one number; for samples take qddot.table")
+        raise ValueError(f"function is {function!r}, expected a function of one number; samples: qddot.signal.table")
     ends = finite("start", start), finite("end", end)
     if not ends[0] < ends[1]:
         raise ValueError(f"start is {start} and end {end}, expected a start before the end")

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-from runner.checks import finite, unknown
-from runner.inputs.pulses import Pulse, Vector, sized, start_times, train
-from runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
+from qddot.runner.checks import finite, unknown
+from qddot.runner.inputs.pulses import Pulse, Vector, sized, start_times, train
+from qddot.runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
 #: A decaying pulse lasts until the plain exponential would have fallen to this part of the peak.
 DECAY = 0.01

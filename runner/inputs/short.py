@@ -7,9 +7,8 @@ their kinks anyway.
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.inputs.instants import ROUNDING
-from runner.inputs.signal import AMPLITUDE, C2, C3, START, InputTable
+from qddot.runner.inputs.instants import ROUNDING
+from qddot.runner.inputs.signal import AMPLITUDE, C2, C3, START, InputTable
 
 Vector = NDArray[np.float64]
 

@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import numbers, unknown
-from runner.inputs.signal import C0, C1, START, Signal
+from qddot.runner.checks import numbers, unknown
+from qddot.runner.inputs.signal import C0, C1, START, Signal
 
 #: Relative change of slope that makes a sample a kink rather than rounding.
 KINK = 1e-9

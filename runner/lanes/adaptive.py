@@ -9,22 +9,21 @@ from typing import Any
 
 import numpy as np
 from numba import types
-
-from runner.compiled import compiled
-from runner.explicit.workspace import MOST_STAGES
-from runner.lanes.attempts import begin
-from runner.lanes.calls import call_lanes, doubles
-from runner.lanes.inputs import look_up_stage
-from runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
-from runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SAMPLE, TARGET, H, control_rows
-from runner.lanes.restart import CONTROL_TYPE, call_restart
-from runner.lanes.runs import all_idle
-from runner.lanes.samples import PAIR_TYPE, sample_within
-from runner.lanes.settle import call_settle
-from runner.lanes.values import ROW
-from runner.lanes.vectors import choose, combine, estimate_errors
-from runner.memory import LEAN, floats
-from runner.problem import Status
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.workspace import MOST_STAGES
+from qddot.runner.lanes.attempts import begin
+from qddot.runner.lanes.calls import call_lanes, doubles
+from qddot.runner.lanes.inputs import look_up_stage
+from qddot.runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
+from qddot.runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SAMPLE, TARGET, H, control_rows
+from qddot.runner.lanes.restart import CONTROL_TYPE, call_restart
+from qddot.runner.lanes.runs import all_idle
+from qddot.runner.lanes.samples import PAIR_TYPE, sample_within
+from qddot.runner.lanes.settle import call_settle
+from qddot.runner.lanes.values import ROW
+from qddot.runner.lanes.vectors import choose, combine, estimate_errors
+from qddot.runner.memory import LEAN, floats
+from qddot.runner.problem import Status
 
 RUNNING, FINISHED = int(Status.RUNNING), int(Status.FINISHED)
 

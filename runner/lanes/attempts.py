@@ -1,11 +1,10 @@
 """What a lane of an adaptive method is given and leaves: its next stop and run, its results, sizes of its states."""
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.explicit.controller import MATLAB
-from runner.inputs.instants import rounding
-from runner.lanes.pack import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.controller import MATLAB
+from qddot.runner.inputs.instants import rounding
+from qddot.runner.lanes.pack import (
     ACTIVE,
     FAILED,
     FAILURES,
@@ -19,8 +18,8 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.runs import leave, next_break, sample_time, take_run
-from runner.memory import LEAN, floats, integers
+from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
+from qddot.runner.memory import LEAN, floats, integers
 
 
 @compiled(**LEAN)

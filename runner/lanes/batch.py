@@ -6,18 +6,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import positive, shown, unknown, whole
-from runner.compiling import working_time
-from runner.exact.batch import propagate_batch
-from runner.lanes.kernel import lane_rhs
-from runner.lanes.scalar import run_one_by_one
-from runner.lanes.task import Task, make_task
-from runner.lanes.threads import run_in_lanes
-from runner.load import Model, as_model
-from runner.methods import Method, find_method
-from runner.options import Options
-from runner.problem import Status
+from qddot.runner.checks import positive, shown, unknown, whole
+from qddot.runner.compiling import working_time
+from qddot.runner.exact.batch import propagate_batch
+from qddot.runner.lanes.kernel import lane_rhs
+from qddot.runner.lanes.scalar import run_one_by_one
+from qddot.runner.lanes.task import Task, make_task
+from qddot.runner.lanes.threads import run_in_lanes
+from qddot.runner.load import Model, as_model
+from qddot.runner.methods import Method, find_method
+from qddot.runner.options import Options
+from qddot.runner.problem import Status
 
 Floats = NDArray[np.float64]
 

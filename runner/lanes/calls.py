@@ -4,10 +4,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-
-from runner import abi
-from runner.memory import intrinsic
-from runner.pointers import caller
+from qddot.runner import abi
+from qddot.runner.memory import intrinsic
+from qddot.runner.pointers import caller
 
 #: Arguments of lane loops that are rows of integers.
 INTEGERS = types.CPointer(types.int64)

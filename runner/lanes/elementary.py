@@ -10,9 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 from numba import njit, types
-
-from runner.compiled import ARITHMETIC
-from runner.memory import intrinsic
+from qddot.runner.compiled import ARITHMETIC
+from qddot.runner.memory import intrinsic
 
 
 def elementary(function: Callable[..., Any]) -> Any:

@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner import checks
-from runner.checks import shown, unknown, whole
-from runner.lanes.signals import count_runs
-from runner.load import Model
-from runner.methods import Method
-from runner.options import Options
-from runner.spans import check_advances
+from qddot.runner import checks
+from qddot.runner.checks import shown, unknown, whole
+from qddot.runner.lanes.signals import count_runs
+from qddot.runner.load import Model
+from qddot.runner.methods import Method
+from qddot.runner.options import Options
+from qddot.runner.spans import check_advances
 
 Floats = NDArray[np.float64]
 

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.inputs.signal import AMPLITUDE, C1, C3, START, jumps
-from runner.lanes.tables import EVEN, GUIDED, PIECE
+from qddot.runner.inputs.signal import AMPLITUDE, C1, C3, START, jumps
+from qddot.runner.lanes.tables import EVEN, GUIDED, PIECE
 
 Pieces = NDArray[np.float64]
 Integers = NDArray[np.int64]

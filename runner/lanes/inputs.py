@@ -3,15 +3,14 @@
 from typing import Any
 
 from numba import types
-
-from runner import abi
-from runner.compiled import compiled
-from runner.inputs.instants import INSET
-from runner.inputs.instants import SIDE as INSIDE
-from runner.lanes.calls import doubles
-from runner.lanes.elementary import cos, sin
-from runner.lanes.kernel import lane_loop
-from runner.lanes.pack import (
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.instants import INSET
+from qddot.runner.inputs.instants import SIDE as INSIDE
+from qddot.runner.lanes.calls import doubles
+from qddot.runner.lanes.elementary import cos, sin
+from qddot.runner.lanes.kernel import lane_loop
+from qddot.runner.lanes.pack import (
     AT,
     BATCH_TYPE,
     BEGIN,
@@ -35,11 +34,11 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.pieces import CUBIC, SINE, TABLE, classify, take_pieces
-from runner.lanes.tables import read_tables
-from runner.lanes.values import ROW
-from runner.memory import LEAN, integers, intrinsic
-from runner.pointers import caller
+from qddot.runner.lanes.pieces import CUBIC, SINE, TABLE, classify, take_pieces
+from qddot.runner.lanes.tables import read_tables
+from qddot.runner.lanes.values import ROW
+from qddot.runner.memory import LEAN, integers, intrinsic
+from qddot.runner.pointers import caller
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))

@@ -3,12 +3,11 @@
 import math
 
 from numba import types
-
-from runner import abi
-from runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
-from runner.lanes.elementary import exp, log
-from runner.lanes.kernel import lane_loop
-from runner.lanes.pack import (
+from qddot.runner import abi
+from qddot.runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
+from qddot.runner.lanes.elementary import exp, log
+from qddot.runner.lanes.kernel import lane_loop
+from qddot.runner.lanes.pack import (
     ACTIVE,
     ERROR,
     ERROR_2,

@@ -18,13 +18,12 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.errors import NumbaError
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
-
-from runner import abi
-from runner.compiled import compiled
-from runner.lanes.elementary import FORMS, elementary
-from runner.lanes.row import row
-from runner.load import LoadError, Model
-from runner.memory import LEAN
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.lanes.elementary import FORMS, elementary
+from qddot.runner.lanes.row import row
+from qddot.runner.load import LoadError, Model
+from qddot.runner.memory import LEAN
 
 #: Numba hands over where to put the result and an exception before the arguments.
 _OWN_ARGUMENTS = 2

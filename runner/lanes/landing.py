@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 from numba import types
-
-from runner.compiled import compiled
-from runner.explicit.march import steps_of
-from runner.inputs.instants import ROUNDING, rounding
-from runner.lanes.pack import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.march import steps_of
+from qddot.runner.inputs.instants import ROUNDING, rounding
+from qddot.runner.lanes.pack import (
     ATTENTION,
     BATCH_TYPE,
     BREAK,
@@ -23,11 +22,11 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.runs import leave, next_break, sample_time, take_run
-from runner.lanes.samples import write_samples
-from runner.memory import LEAN, floats, integers, intrinsic
-from runner.pointers import caller
-from runner.problem import Status
+from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
+from qddot.runner.lanes.samples import write_samples
+from qddot.runner.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.pointers import caller
+from qddot.runner.problem import Status
 
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.
 FINISHED, NON_FINITE = np.int64(Status.FINISHED), np.int64(Status.NON_FINITE)

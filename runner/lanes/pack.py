@@ -5,11 +5,10 @@ from typing import Any
 import numpy as np
 from numba import typeof
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.compiled import compiled
-from runner.explicit.workspace import MOST_STAGES
-from runner.memory import VIEW, address, floats, layout, record
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.workspace import MOST_STAGES
+from qddot.runner.memory import VIEW, address, floats, layout, record
 
 LANES = abi.LANES
 

@@ -1,11 +1,10 @@
 """The present piece of each lane and channel: exchanged, lane by lane, when time leaves it."""
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.inputs.reader import holds_from, holds_to, piece_at
-from runner.inputs.sine import FAR
-from runner.lanes.pack import (
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.reader import holds_from, holds_to, piece_at
+from qddot.runner.inputs.sine import FAR
+from qddot.runner.lanes.pack import (
     BEGIN,
     C0,
     C1,
@@ -24,9 +23,9 @@ from runner.lanes.pack import (
     ZERO,
     control_rows,
 )
-from runner.lanes.tables import take_table
-from runner.lanes.values import ROW
-from runner.memory import LEAN, floats, integers
+from qddot.runner.lanes.tables import take_table
+from qddot.runner.lanes.values import ROW
+from qddot.runner.memory import LEAN, floats, integers
 
 #: Kinds of a channel: what its lanes together need. As np.int64, because numba compiles a function again for every
 #: literal int that it is called with.

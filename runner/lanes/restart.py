@@ -4,14 +4,20 @@ from typing import Any
 
 import numpy as np
 from numba import typeof, types
-
-from runner.compiled import compiled
-from runner.explicit.controller import CONTROL, LEAST_LAST_ERROR, MATLAB, matlab_first_step, settled_step, trial_step
-from runner.inputs.instants import after, side_of
-from runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
-from runner.lanes.calls import call_lanes
-from runner.lanes.inputs import look_up
-from runner.lanes.pack import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.controller import (
+    CONTROL,
+    LEAST_LAST_ERROR,
+    MATLAB,
+    matlab_first_step,
+    settled_step,
+    trial_step,
+)
+from qddot.runner.inputs.instants import after, side_of
+from qddot.runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
+from qddot.runner.lanes.calls import call_lanes
+from qddot.runner.lanes.inputs import look_up
+from qddot.runner.lanes.pack import (
     AT,
     BATCH_TYPE,
     FRESH,
@@ -27,12 +33,12 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.samples import PAIR_TYPE, write_samples
-from runner.lanes.values import ROW
-from runner.lanes.vectors import choose
-from runner.memory import LEAN, floats, integers, intrinsic, record
-from runner.pointers import caller
-from runner.problem import Status
+from qddot.runner.lanes.samples import PAIR_TYPE, write_samples
+from qddot.runner.lanes.values import ROW
+from qddot.runner.lanes.vectors import choose
+from qddot.runner.memory import LEAN, floats, integers, intrinsic, record
+from qddot.runner.pointers import caller
+from qddot.runner.problem import Status
 
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.
 NON_FINITE = np.int64(Status.NON_FINITE)

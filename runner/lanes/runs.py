@@ -1,11 +1,10 @@
 """Runs in and out of lanes: a free lane takes the next run of the batch, a finished one leaves its results there."""
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.inputs.instants import rounding
-from runner.lanes.calls import take_next
-from runner.lanes.pack import (
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.instants import rounding
+from qddot.runner.lanes.calls import take_next
+from qddot.runner.lanes.pack import (
     ACTIVE,
     AT,
     ATTENTION,
@@ -24,7 +23,7 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.memory import LEAN, floats, integers
+from qddot.runner.memory import LEAN, floats, integers
 
 
 @compiled(**LEAN)

@@ -4,16 +4,15 @@ from typing import Any
 
 import numpy as np
 from numba import typeof, types
-
-from runner import abi
-from runner.compiled import compiled
-from runner.explicit.step import PAIR
-from runner.explicit.workspace import MOST_STAGES
-from runner.inputs.instants import rounding
-from runner.lanes.calls import doubles
-from runner.lanes.inputs import look_up
-from runner.lanes.kernel import lane_loop
-from runner.lanes.pack import (
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.step import PAIR
+from qddot.runner.explicit.workspace import MOST_STAGES
+from qddot.runner.inputs.instants import rounding
+from qddot.runner.lanes.calls import doubles
+from qddot.runner.lanes.inputs import look_up
+from qddot.runner.lanes.kernel import lane_loop
+from qddot.runner.lanes.pack import (
     AT,
     BATCH_TYPE,
     GOOD,
@@ -27,9 +26,9 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.runs import gather, sample_time
-from runner.memory import LEAN, floats, integers, intrinsic, record
-from runner.pointers import call_kernel, caller
+from qddot.runner.lanes.runs import gather, sample_time
+from qddot.runner.memory import LEAN, floats, integers, intrinsic, record
+from qddot.runner.pointers import call_kernel, caller
 
 PAIR_TYPE = typeof(record(PAIR))
 

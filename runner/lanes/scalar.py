@@ -5,14 +5,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from runner.compiling import working_time
-from runner.lanes.starts import table_of
-from runner.problem import Problem, Status, Trajectory
-from runner.result import outputs_of
+from qddot.runner.compiling import working_time
+from qddot.runner.lanes.starts import table_of
+from qddot.runner.problem import Problem, Status, Trajectory
+from qddot.runner.result import outputs_of
 
 if TYPE_CHECKING:
-    from runner.lanes.task import Task
+    from qddot.runner.lanes.task import Task
 
 
 def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:

@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 from numba import types
-
-from runner.compiled import compiled
-from runner.explicit.workspace import MOST_STAGES
-from runner.lanes.attempts import begin, finish, scaled
-from runner.lanes.pack import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.workspace import MOST_STAGES
+from qddot.runner.lanes.attempts import begin, finish, scaled
+from qddot.runner.lanes.pack import (
     BATCH_TYPE,
     ERROR,
     FRESH,
@@ -22,11 +21,11 @@ from runner.lanes.pack import (
     T,
     control_rows,
 )
-from runner.lanes.restart import CONTROL_TYPE
-from runner.lanes.samples import PAIR_TYPE
-from runner.memory import LEAN, floats, integers, intrinsic
-from runner.pointers import caller
-from runner.problem import Status
+from qddot.runner.lanes.restart import CONTROL_TYPE
+from qddot.runner.lanes.samples import PAIR_TYPE
+from qddot.runner.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.pointers import caller
+from qddot.runner.problem import Status
 
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.
 RUNNING, FINISHED = np.int64(Status.RUNNING), np.int64(Status.FINISHED)

@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from runner.checks import numbers, row, shown, unknown
-from runner.inputs.bind import as_signal, check_continuous, check_told_apart
-from runner.inputs.instants import INSET
-from runner.inputs.shapes import constant
-from runner.inputs.short import stops_within
-from runner.inputs.signal import Signal
-from runner.lanes.guides import ways
-from runner.lanes.tables import EVEN, GUIDED
-from runner.tables import Tables
+from qddot.runner.checks import numbers, row, shown, unknown
+from qddot.runner.inputs.bind import as_signal, check_continuous, check_told_apart
+from qddot.runner.inputs.instants import INSET
+from qddot.runner.inputs.shapes import constant
+from qddot.runner.inputs.short import stops_within
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.lanes.guides import ways
+from qddot.runner.lanes.tables import EVEN, GUIDED
+from qddot.runner.tables import Tables
 
 #: What may be given once or for each run.
 EACH = "a finite number, or one for each run"
@@ -37,7 +36,7 @@ def per_run(signal: Signal, rate: ArrayLike = 1.0, offset: ArrayLike = 0.0) -> S
     pulse at the times t (runs,): per_run(pulse_train(times=[0], ...), offset=-t).
     """
     if not isinstance(signal, Signal):
-        raise ValueError(f"signal is {shown(signal)}, expected a signal, such as qddot.table gives")
+        raise ValueError(f"signal is {shown(signal)}, expected a signal, such as qddot.signal.table gives")
     given = {"rate": rate, "offset": offset}
     for name, value in given.items():
         row(name, np.atleast_1d(numbers(name, value, EACH)), EACH)

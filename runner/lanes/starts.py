@@ -6,15 +6,14 @@ from typing import Any
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.compiled import compiled
-from runner.equilibrium import AT_REST, EquilibriumError, rest
-from runner.inputs.signal import InputTable, Signal
-from runner.lanes.signals import BatchTable
-from runner.load import Model
-from runner.memory import intrinsic
-from runner.pointers import call_kernel, caller, pointer
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest
+from qddot.runner.inputs.signal import InputTable, Signal
+from qddot.runner.lanes.signals import BatchTable
+from qddot.runner.load import Model
+from qddot.runner.memory import intrinsic
+from qddot.runner.pointers import call_kernel, caller, pointer
 
 Floats = NDArray[np.float64]
 

@@ -9,13 +9,12 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-
-from runner import abi
-from runner.compiled import compiled
-from runner.lanes.calls import INTEGERS, doubles, numbers
-from runner.lanes.elementary import bits_of, float_of
-from runner.lanes.kernel import lane_loop
-from runner.lanes.pack import (
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.lanes.calls import INTEGERS, doubles, numbers
+from qddot.runner.lanes.elementary import bits_of, float_of
+from qddot.runner.lanes.kernel import lane_loop
+from qddot.runner.lanes.pack import (
     AT,
     BEGIN,
     BUCKETS,
@@ -31,8 +30,8 @@ from runner.lanes.pack import (
     SIDE,
     SINCE,
 )
-from runner.lanes.values import ROW, Value, load, store
-from runner.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.lanes.values import ROW, Value, load, store
+from qddot.runner.memory import LEAN, floats, integers, intrinsic
 
 #: Bytes of a piece.
 PIECE = 64

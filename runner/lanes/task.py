@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.lanes.given import (
+from qddot.runner import abi
+from qddot.runner.lanes.given import (
     agreed_count,
     check_spans,
     initial_rows,
@@ -18,14 +17,14 @@ from runner.lanes.given import (
     sample_rows,
     wanted_columns,
 )
-from runner.lanes.pack import BATCH
-from runner.lanes.signals import BatchTable, stack_runs
-from runner.lanes.starts import constants_of, equilibria
-from runner.load import Model
-from runner.memory import address, record
-from runner.methods import Method
-from runner.options import Options
-from runner.pointers import pointer
+from qddot.runner.lanes.pack import BATCH
+from qddot.runner.lanes.signals import BatchTable, stack_runs
+from qddot.runner.lanes.starts import constants_of, equilibria
+from qddot.runner.load import Model
+from qddot.runner.memory import address, record
+from qddot.runner.methods import Method
+from qddot.runner.options import Options
+from qddot.runner.pointers import pointer
 
 Floats = NDArray[np.float64]
 

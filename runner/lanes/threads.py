@@ -9,24 +9,24 @@ from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
-from runner.explicit.controller import control_for
-from runner.explicit.step import pair_for
-from runner.lanes import adaptive, fixed
-from runner.lanes.inputs import LOOK_UP, read_inputs
-from runner.lanes.landing import LAND, land
-from runner.lanes.pack import LANES, make_pack
-from runner.lanes.restart import RESTART, restart
-from runner.lanes.samples import SAMPLE_WITHIN, write_samples_within
-from runner.lanes.settle import SETTLE, settle
-from runner.memory import address
-from runner.methods import Method
-from runner.options import Options
-from runner.pointers import pointer
-from runner.problem import Status
-from runner.workers import cores, on_threads
+from qddot.runner.explicit.controller import control_for
+from qddot.runner.explicit.step import pair_for
+from qddot.runner.lanes import adaptive, fixed
+from qddot.runner.lanes.inputs import LOOK_UP, read_inputs
+from qddot.runner.lanes.landing import LAND, land
+from qddot.runner.lanes.pack import LANES, make_pack
+from qddot.runner.lanes.restart import RESTART, restart
+from qddot.runner.lanes.samples import SAMPLE_WITHIN, write_samples_within
+from qddot.runner.lanes.settle import SETTLE, settle
+from qddot.runner.memory import address
+from qddot.runner.methods import Method
+from qddot.runner.options import Options
+from qddot.runner.pointers import pointer
+from qddot.runner.problem import Status
+from qddot.runner.workers import cores, on_threads
 
 if TYPE_CHECKING:
-    from runner.lanes.task import Task
+    from qddot.runner.lanes.task import Task
 
 #: State components advanced by a slice: some milliseconds.
 SLICE_WORK = 4_000_000

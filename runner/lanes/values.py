@@ -5,8 +5,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils
-
-from runner import abi
+from qddot.runner import abi
 
 #: Bytes of a row of lanes.
 ROW = 8 * abi.LANES

@@ -14,11 +14,10 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numpy.typing import NDArray
-
-from runner import abi
-from runner.lanes.values import ROW, Value, load, over_states, splat, store, zeros
-from runner.memory import intrinsic
-from runner.methods import find_method
+from qddot.runner import abi
+from qddot.runner.lanes.values import ROW, Value, load, over_states, splat, store, zeros
+from qddot.runner.memory import intrinsic
+from qddot.runner.methods import find_method
 
 
 @cache

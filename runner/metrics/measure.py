@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import unknown
-from runner.metrics.table import METRICS, compiled_metric
-from runner.metrics.weighting import TOLERANCE, digital, error, slowest
-from runner.tables import Quantity
+from qddot.runner.checks import unknown
+from qddot.runner.metrics.table import METRICS, compiled_metric
+from qddot.runner.metrics.weighting import TOLERANCE, digital, error, slowest
+from qddot.runner.tables import Quantity
 
 #: Units in which a vibration is weighted.
 ACCELERATIONS = ("m/s^2", "rad/s^2")

@@ -6,10 +6,9 @@ from functools import cache
 from typing import Any
 
 from numba import types
-
-from runner import abi
-from runner.compiled import compiled
-from runner.metrics import values, weighting
+from qddot.runner import abi
+from qddot.runner.compiled import compiled
+from qddot.runner.metrics import values, weighting
 
 #: value(samples (n,), first, stop, t0, h, p): see `values`.
 SIGNATURE = types.float64(abi.VECTOR, types.int64, types.int64, abi.SCALAR, abi.SCALAR, abi.VECTOR)

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from pydantic import ValidationError
-
-from runner.checks import unknown
-from runner.files import named_code
-from runner.paper.schema import Claim, Paper, Verdict
-from runner.paper.studies import Studies
-from runner.study.explain import explained
-from runner.study.read import StudyError, place
-from runner.study.toml import tables_of, text_of
+from qddot.runner.checks import unknown
+from qddot.runner.files import named_code
+from qddot.runner.paper.schema import Claim, Paper, Verdict
+from qddot.runner.paper.studies import Studies
+from qddot.runner.study.explain import explained
+from qddot.runner.study.read import StudyError, place
+from qddot.runner.study.toml import tables_of, text_of
 
 
 @dataclass(frozen=True)

@@ -4,16 +4,15 @@ import json
 from pathlib import Path
 from typing import Any
 
+from qddot.runner.files import written_aside
+from qddot.runner.paper.reproduce import Reproduction, reproduce
+from qddot.runner.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
+from qddot.runner.paper.verification import Verification, verify
+from qddot.runner.report.pdf import BROWSERS, browser, print_page
+from qddot.runner.report.progress import late_bar
+from qddot.runner.report.tables import plain_table
 from rich.console import Console
 from rich.table import Table
-
-from runner.files import written_aside
-from runner.paper.reproduce import Reproduction, reproduce
-from runner.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
-from runner.paper.verification import Verification, verify
-from runner.report.pdf import BROWSERS, browser, print_page
-from runner.report.progress import late_bar
-from runner.report.tables import plain_table
 
 #: Settings and claims of the paper.
 PAPER = Path(__file__).parent.parent.parent / "studies" / "paper" / "paper.toml"
@@ -34,7 +33,7 @@ def verification(into: Path, as_json: bool) -> int:
 
 
 def _show(found: list[Verification], claims: dict[str, bool], into: Path) -> None:
-    from runner.paper.figures import draw_errors, draw_schemes  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.paper.figures import draw_errors, draw_schemes  # noqa: PLC0415 - matplotlib is slow to import
 
     console = Console()
     for each in found:
@@ -101,7 +100,7 @@ def paper(path: Path, into: Path, as_json: bool, parameters: str | None = None) 
 
 
 def _tell(found: Reproduction, written: list[Path], into: Path) -> None:
-    from runner.paper.section_figures import draw_all  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.paper.section_figures import draw_all  # noqa: PLC0415 - matplotlib is slow to import
 
     console = Console()
     console.print(f"[bold]{found.paper.title}[/bold]\n")
@@ -115,7 +114,7 @@ def _tell(found: Reproduction, written: list[Path], into: Path) -> None:
 
 def write_report(claims_file: Path, equations: str, into: Path, as_pdf: bool) -> None:
     """Write the report as HTML and, where a browser is installed, as PDF. equations: the model's, as an HTML page."""
-    from runner.paper.report import report  # noqa: PLC0415 - integrates, which `qddot paper` need not wait for
+    from qddot.runner.paper.report import report  # noqa: PLC0415 - integrates, which `qddot paper` need not wait for
 
     page = report(PAPER, claims_file, equations, into)
     print(f"wrote {page}")

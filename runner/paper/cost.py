@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.methods import METHODS
-from runner.paper.schema import CostCase, CostSettings
-from runner.paper.studies import Case, Studies
-from runner.simulate import IntegrationError
-from runner.solution import Solution
+from qddot.runner.methods import METHODS
+from qddot.runner.paper.schema import CostCase, CostSettings
+from qddot.runner.paper.studies import Case, Studies
+from qddot.runner.simulate import IntegrationError
+from qddot.runner.solution import Solution
 
 Vector = NDArray[np.float64]
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.paper.schema import DriveSettings
-from runner.paper.studies import Case, Studies
-from runner.study.read import StudyError
+from qddot.runner.paper.schema import DriveSettings
+from qddot.runner.paper.studies import Case, Studies
+from qddot.runner.study.read import StudyError
 
 Vector = NDArray[np.float64]
 

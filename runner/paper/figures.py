@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-from runner.files import written_aside
-from runner.paper.verification import Verification
-from runner.report.figures import COLOURS
+from qddot.runner.files import written_aside
+from qddot.runner.paper.verification import Verification
+from qddot.runner.report.figures import COLOURS
 
 
 def draw_schemes(verification: Verification, path: Path) -> Path:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.paper.schema import PhaseSettings
-from runner.paper.studies import Studies
-from runner.study.read import StudyError
+from qddot.runner.paper.schema import PhaseSettings
+from qddot.runner.paper.studies import Studies
+from qddot.runner.study.read import StudyError
 
 Vector = NDArray[np.float64]
 

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.load import load
-from runner.modes import modes
-from runner.paper.claims import read
-from runner.paper.scene import ride_data, scene
-from runner.paper.studies import case
-from runner.paper.verification import verify
-from runner.report.figures import COLOURS
-from runner.report.page import Section, plot, table, write_page
+from qddot.runner.load import load
+from qddot.runner.modes import modes
+from qddot.runner.paper.claims import read
+from qddot.runner.paper.scene import ride_data, scene
+from qddot.runner.paper.studies import case
+from qddot.runner.paper.verification import verify
+from qddot.runner.report.figures import COLOURS
+from qddot.runner.report.page import Section, plot, table, write_page
 
 Vector = NDArray[np.float64]
 

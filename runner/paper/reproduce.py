@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from runner.load import load
-from runner.modes import modes
-from runner.paper.claims import Judged, judge, read
-from runner.paper.cost import Cost, cost
-from runner.paper.drive import Drive, drive
-from runner.paper.firing import Firing, firing
-from runner.paper.phase import Phase, phase
-from runner.paper.schema import Paper
-from runner.paper.studies import Studies
-from runner.paper.verification import BEST, Verification, verify
+from qddot.runner.load import load
+from qddot.runner.modes import modes
+from qddot.runner.paper.claims import Judged, judge, read
+from qddot.runner.paper.cost import Cost, cost
+from qddot.runner.paper.drive import Drive, drive
+from qddot.runner.paper.firing import Firing, firing
+from qddot.runner.paper.phase import Phase, phase
+from qddot.runner.paper.schema import Paper
+from qddot.runner.paper.studies import Studies
+from qddot.runner.paper.verification import BEST, Verification, verify
 
 #: Makes what shows the progress of a section of this name.
 Bar = Callable[[str], AbstractContextManager[Callable[[float], None]]]

@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from runner.paper.studies import case
+from qddot.runner.paper.studies import case
 
 #: Samples of the ride, s, and of the road, m.
 _STEP, _ROAD_STEP = 0.02, 0.05

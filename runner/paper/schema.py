@@ -3,9 +3,8 @@
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
-
-from runner.identify.schema import Measure
-from runner.study.base import Real, Table, Whole
+from qddot.runner.identify.schema import Measure
+from qddot.runner.study.base import Real, Table, Whole
 
 Verdict = Literal["holds", "rests on an assumption", "differs"]
 

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from runner.paper.cost import Cost
-from runner.paper.drive import QUANTILES, Drive
-from runner.paper.figures import axes_of, saved
-from runner.paper.firing import Firing
-from runner.paper.phase import Phase
-from runner.paper.reproduce import Reproduction
-from runner.report.figures import COLOURS
+from qddot.runner.paper.cost import Cost
+from qddot.runner.paper.drive import QUANTILES, Drive
+from qddot.runner.paper.figures import axes_of, saved
+from qddot.runner.paper.firing import Firing
+from qddot.runner.paper.phase import Phase
+from qddot.runner.paper.reproduce import Reproduction
+from qddot.runner.report.figures import COLOURS
 
 _SCALED = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
 _SHOTS = ("no shot", "one shot", "two shots", "three shots")

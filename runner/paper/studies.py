@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from runner.equilibrium import Guess
-from runner.identify.measure import measured
-from runner.identify.schema import Observation
-from runner.inputs.signal import Signal
-from runner.load import Model, Parameters
-from runner.paper.schema import Run
-from runner.simulate import simulate
-from runner.solution import Solution
-from runner.study.read import read
-from runner.study.run import run_study, settings, study_model
+from qddot.runner.equilibrium import Guess
+from qddot.runner.identify.measure import measured
+from qddot.runner.identify.schema import Observation
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.load import Model, Parameters
+from qddot.runner.paper.schema import Run
+from qddot.runner.simulate import simulate
+from qddot.runner.solution import Solution
+from qddot.runner.study.read import read
+from qddot.runner.study.run import run_study, settings, study_model
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.load import Model, load
-from runner.simulate import simulate
-from runner.solution import Solution
+from qddot.runner.load import Model, load
+from qddot.runner.simulate import simulate
+from qddot.runner.solution import Solution
 
 MODEL = "one_axle"
 SPAN = (0.0, 1.0)

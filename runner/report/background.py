@@ -12,7 +12,7 @@ from threading import Thread
 from typing import IO, TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
-    from runner.report.curves import Curves
+    from qddot.runner.report.curves import Curves
 
 #: Seconds that a process may take to leave.
 _PATIENCE = 5.0
@@ -22,10 +22,10 @@ class Drawing:
     """Starts the process at once; `begin` hands it the curves, `finish` waits for the picture; leaving ends it."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-c", "import gc; gc.disable(); from runner.report.background import main; main()"]
-        root = Path(__file__).parent.parent.parent
+        code = "import gc; gc.disable(); from qddot.runner.report.background import main; main()"
+        command = [sys.executable, "-P", "-c", code]  # -P: nothing that lies where the user stands
         sparing = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
-        self._process = subprocess.Popen(command, cwd=root, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        self._process = subprocess.Popen(command, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def begin(self, curves: "Curves", path: Path) -> None:
         """Hand over the curves and the file to draw them into; not held up where matplotlib is not ready."""
@@ -73,8 +73,7 @@ def _draw() -> None:
     from types import SimpleNamespace  # noqa: PLC0415 - of the drawing process alone
 
     import numpy as np  # noqa: PLC0415
-
-    from runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     line = SimpleNamespace(values=np.zeros(2), unit="m", label="first")
     with (

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-
-from runner.batch.engine import NOT_RUN
-from runner.batch.results import Results
-from runner.checks import unknown
-from runner.report.figures import COLOURS, save
+from qddot.runner.batch.engine import NOT_RUN
+from qddot.runner.batch.results import Results
+from qddot.runner.checks import unknown
+from qddot.runner.report.figures import COLOURS, save
 
 #: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
 MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7

@@ -1,12 +1,11 @@
 """The summary of a batch for the terminal."""
 
 import numpy as np
+from qddot.runner.batch.engine import NOT_RUN
+from qddot.runner.batch.results import Results
+from qddot.runner.report.tables import plain_table
 from rich.console import Console
 from rich.table import Table
-
-from runner.batch.engine import NOT_RUN
-from runner.batch.results import Results
-from runner.report.tables import plain_table
 
 
 def wide_console() -> Console:

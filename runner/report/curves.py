@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import unknown
-from runner.report.tables import headlines
-from runner.solution import Solution
+from qddot.runner.checks import unknown
+from qddot.runner.report.tables import headlines
+from qddot.runner.solution import Solution
 
 #: The most quantities that a panel shows where nobody chose them.
 _CROWD = 6

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-from runner.files import written_aside
+from qddot.runner.files import written_aside
 
 if TYPE_CHECKING:
-    from runner.report.curves import Curves
+    from qddot.runner.report.curves import Curves
 
 #: Colours that stay apart for colour-blind readers (Wong, Nature Methods 8 (2011) 441).
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density
-from runner.inputs.signal import Signal
-from runner.tables import Channel
+from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.tables import Channel
 
 Vector = NDArray[np.float64]
 

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-from runner.report.figures import COLOURS, dress, save
-from runner.report.input_curves import Sheet
+from qddot.runner.report.figures import COLOURS, dress, save
+from qddot.runner.report.input_curves import Sheet
 
 #: Inches of a panel over time or distance, and of a spectrum.
 HEIGHT, TALL = 2.2, 4.0

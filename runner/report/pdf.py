@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from runner.files import written_aside
+from qddot.runner.files import written_aside
 
 #: Browsers that print without a window, the first of which is taken.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")

@@ -3,14 +3,14 @@
 from typing import Literal
 
 import numpy as np
+from qddot.runner.load import Model
+from qddot.runner.methods import METHODS
+from qddot.runner.metrics.table import METRICS
+from qddot.runner.modes import Mode
+from qddot.runner.solution import Solution
 from rich.table import Table
 
-from runner.load import Model
-from runner.methods import METHODS
-from runner.metrics.table import METRICS
-from runner.modes import Mode
-from runner.solution import Solution
-from words import counted
+from qddot.words import counted
 
 
 def plain_table(title: str, *columns: str, numbers: int = 0) -> Table:

@@ -9,10 +9,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.inputs.reader import evaluate, reader_for
-from runner.problem import Problem
-from runner.stiff.space import mass_matrix
+from qddot.runner.inputs.reader import evaluate, reader_for
+from qddot.runner.problem import Problem
+from qddot.runner.stiff.space import mass_matrix
 
 Array = NDArray[np.float64]
 

@@ -7,19 +7,18 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.compiling import working_time
-from runner.events.kinds import EventLog, names_of, watch_for
-from runner.events.search import WATCH
-from runner.inputs.instants import ROUNDING, after, between
-from runner.memory import address, record
-from runner.options import Options
-from runner.problem import Problem, Statistics, Status, Trajectory
-from runner.slices import drive
-from runner.stiff.consistent import AlgebraicEquations, InconsistentError, consistent_state
-from runner.stiff.run import CORRECT, POINTS, START
-from runner.stiff.space import SPACE, THRESHOLD, X, space_for
+from qddot.runner.compiled import compiled
+from qddot.runner.compiling import working_time
+from qddot.runner.events.kinds import EventLog, names_of, watch_for
+from qddot.runner.events.search import WATCH
+from qddot.runner.inputs.instants import ROUNDING, after, between
+from qddot.runner.memory import address, record
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+from qddot.runner.slices import drive
+from qddot.runner.stiff.consistent import AlgebraicEquations, InconsistentError, consistent_state
+from qddot.runner.stiff.run import CORRECT, POINTS, START
+from qddot.runner.stiff.space import SPACE, THRESHOLD, X, space_for
 
 #: Scalar operations of a slice: some ten milliseconds, so that Ctrl-C is heard.
 SLICE_WORK = 100_000_000

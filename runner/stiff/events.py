@@ -1,11 +1,11 @@
 """Events of stiff methods: those of `events`, located on the polynomial of the step."""
 
-from runner.compiled import compiled
-from runner.events.search import NONE, bisect, earliest, event_value, mark_crossed, watch_start
-from runner.inputs.instants import side_of
-from runner.memory import INLINE, LEAN, floats, integers
-from runner.stiff.space import WITHIN, X_NEW, X, vectors
-from runner.stiff.system import evaluate_polynomial, set_inputs
+from qddot.runner.compiled import compiled
+from qddot.runner.events.search import NONE, bisect, earliest, event_value, mark_crossed, watch_start
+from qddot.runner.inputs.instants import side_of
+from qddot.runner.memory import INLINE, LEAN, floats, integers
+from qddot.runner.stiff.space import WITHIN, X_NEW, X, vectors
+from qddot.runner.stiff.system import evaluate_polynomial, set_inputs
 
 
 @compiled(**INLINE)

@@ -4,10 +4,10 @@ A method is four functions: first_step(space, s, v) begins a segment; step(space
 returns a status; prepare_polynomial(s, v) writes the step's dense output; choose_next(s, v) sets the step to come.
 """
 
-from runner.compiled import compiled
-from runner.memory import INLINE
-from runner.stiff.events import finish_events, watch_step
-from runner.stiff.run import (
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import INLINE
+from qddot.runner.stiff.events import finish_events, watch_step
+from qddot.runner.stiff.run import (
     RUNNING,
     START,
     STEP,
@@ -18,7 +18,7 @@ from runner.stiff.run import (
     save_step,
     wants_inner_points,
 )
-from runner.stiff.space import vectors
+from qddot.runner.stiff.space import vectors
 
 
 @compiled(**INLINE)

@@ -1,10 +1,10 @@
 """The stiff methods."""
 
-from runner.methods import Method
-from runner.stiff.ndf import integrate as integrate_ndf
-from runner.stiff.ndf_formulas import HIGHEST_ORDER
-from runner.stiff.rosenbrock import integrate as integrate_rosenbrock
-from runner.stiff.tableau_rosenbrock import RODAS5P
+from qddot.runner.methods import Method
+from qddot.runner.stiff.ndf import integrate as integrate_ndf
+from qddot.runner.stiff.ndf_formulas import HIGHEST_ORDER
+from qddot.runner.stiff.rosenbrock import integrate as integrate_rosenbrock
+from qddot.runner.stiff.tableau_rosenbrock import RODAS5P
 
 METHODS = (
     Method(

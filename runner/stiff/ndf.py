@@ -7,21 +7,29 @@ Reichelt, Kierzenka, SIAM Review 41 (1999) 538-552.
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.memory import INLINE
-from runner.options import Options
-from runner.problem import Problem, Trajectory
-from runner.stiff.driver import Run
-from runner.stiff.loop import take_steps
-from runner.stiff.ndf_choice import choose_after_success
-from runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, HIGHEST_ORDER, PREDICTED, PSI, ROWS, prepare_polynomial
-from runner.stiff.ndf_step import form_matrix, step
-from runner.stiff.space import F, X, control_type
-from runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import INLINE
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.stiff.driver import Run
+from qddot.runner.stiff.loop import take_steps
+from qddot.runner.stiff.ndf_choice import choose_after_success
+from qddot.runner.stiff.ndf_formulas import (
+    CORRECTION,
+    DELTA,
+    DIF,
+    HIGHEST_ORDER,
+    PREDICTED,
+    PSI,
+    ROWS,
+    prepare_polynomial,
+)
+from qddot.runner.stiff.ndf_step import form_matrix, step
+from qddot.runner.stiff.space import F, X, control_type
+from qddot.runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
-    from runner.methods import Method
+    from qddot.runner.methods import Method
 
 #: k: order; last_h, last_k: of the step before; same_steps: taken with this h and k; rate: of Newton's convergence;
 #: R, RU: see `ndf_formulas.rescale`.

@@ -3,11 +3,11 @@
 Shampine & Reichelt (1997), section 2.3, with the constants of the published code.
 """
 
-from runner.compiled import compiled
-from runner.memory import INLINE, LEAN
-from runner.stiff.ndf_formulas import CORRECTION, DIF, ERROR
-from runner.stiff.space import WEIGHTS
-from runner.stiff.system import weighted_norm
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import INLINE, LEAN
+from qddot.runner.stiff.ndf_formulas import CORRECTION, DIF, ERROR
+from qddot.runner.stiff.space import WEIGHTS
+from qddot.runner.stiff.system import weighted_norm
 
 
 @compiled(**INLINE)

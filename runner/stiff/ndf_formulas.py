@@ -8,10 +8,9 @@ from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.compiled import compiled
-from runner.memory import LEAN
-from runner.stiff.space import DEGREE, OWN, POLYNOMIAL
+from qddot.runner.compiled import compiled
+from qddot.runner.memory import LEAN
+from qddot.runner.stiff.space import DEGREE, OWN, POLYNOMIAL
 
 HIGHEST_ORDER = 5
 

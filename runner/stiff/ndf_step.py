@@ -4,15 +4,14 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 """
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.inputs.instants import side_of
-from runner.memory import INLINE, LEAN
-from runner.problem import Status
-from runner.stiff.ndf_choice import choose_after_failure
-from runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, ERROR, GAMMA, INVERSE, PREDICTED, PSI, rescale
-from runner.stiff.space import X_NEW, F, X, square
-from runner.stiff.system import (
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.instants import side_of
+from qddot.runner.memory import INLINE, LEAN
+from qddot.runner.problem import Status
+from qddot.runner.stiff.ndf_choice import choose_after_failure
+from qddot.runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, ERROR, GAMMA, INVERSE, PREDICTED, PSI, rescale
+from qddot.runner.stiff.space import X_NEW, F, X, square
+from qddot.runner.stiff.system import (
     evaluate_f,
     evaluate_jacobian,
     factorize_shifted,

@@ -7,21 +7,20 @@ G. Steinebach, BIT Numer. Math. 63 (2023) 27; E. Hairer, G. Wanner, Solving Ordi
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.explicit.controller import CONTROL as STEP_CONTROL
-from runner.explicit.controller import control_for
-from runner.memory import LEAN
-from runner.options import Options
-from runner.problem import Problem, Trajectory
-from runner.stiff.driver import Run
-from runner.stiff.loop import take_steps
-from runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, step
-from runner.stiff.space import F, X, control_type
-from runner.stiff.system import CENTRAL_BELOW, ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.controller import CONTROL as STEP_CONTROL
+from qddot.runner.explicit.controller import control_for
+from qddot.runner.memory import LEAN
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.stiff.driver import Run
+from qddot.runner.stiff.loop import take_steps
+from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, step
+from qddot.runner.stiff.space import F, X, control_type
+from qddot.runner.stiff.system import CENTRAL_BELOW, ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
-    from runner.methods import Method
+    from qddot.runner.methods import Method
 
 #: The estimate of the error is O(h^5).
 ERROR_ORDER = 5

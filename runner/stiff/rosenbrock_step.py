@@ -4,14 +4,13 @@ The form of HW, equation IV.7.25; see `tableau_rosenbrock`.
 """
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.explicit.controller import MATLAB, after_failure, after_success
-from runner.inputs.instants import side_of
-from runner.memory import LEAN
-from runner.problem import Status
-from runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square
-from runner.stiff.system import (
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.controller import MATLAB, after_failure, after_success
+from qddot.runner.inputs.instants import side_of
+from qddot.runner.memory import LEAN
+from qddot.runner.problem import Status
+from qddot.runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square
+from qddot.runner.stiff.system import (
     careful_time_derivative,
     evaluate_f,
     evaluate_jacobian,
@@ -23,7 +22,7 @@ from runner.stiff.system import (
     time_derivative,
     weighted_norm,
 )
-from runner.stiff.tableau_rosenbrock import RODAS5P
+from qddot.runner.stiff.tableau_rosenbrock import RODAS5P
 
 STAGES = RODAS5P.stages
 A, C, CS, D, DENSE, GAMMA = RODAS5P.a, RODAS5P.C, RODAS5P.c, RODAS5P.d, RODAS5P.dense, RODAS5P.gamma

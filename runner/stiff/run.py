@@ -5,14 +5,13 @@ in a low derivative of it, makes what it knew of the past worthless.
 """
 
 import numpy as np
-
-from runner.compiled import compiled
-from runner.inputs.instants import after
-from runner.memory import INLINE, LEAN, floats, layout
-from runner.problem import Status
-from runner.stiff.events import watch_segment
-from runner.stiff.space import WITHIN, X_NEW, F, X
-from runner.stiff.system import evaluate_f, evaluate_jacobian, evaluate_polynomial, set_inputs
+from qddot.runner.compiled import compiled
+from qddot.runner.inputs.instants import after
+from qddot.runner.memory import INLINE, LEAN, floats, layout
+from qddot.runner.problem import Status
+from qddot.runner.stiff.events import watch_segment
+from qddot.runner.stiff.space import WITHIN, X_NEW, F, X
+from qddot.runner.stiff.system import evaluate_f, evaluate_jacobian, evaluate_polynomial, set_inputs
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
 NON_FINITE, TOO_MANY_STEPS = int(Status.NON_FINITE), int(Status.TOO_MANY_STEPS)

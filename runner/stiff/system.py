@@ -4,17 +4,16 @@ from typing import Any
 
 import numpy as np
 from numba.extending import intrinsic
-
-from runner.abi import MATRIX_KERNEL
-from runner.compiled import compiled
-from runner.explicit.slopes import constants, input_table, input_values
-from runner.explicit.workspace import states
-from runner.inputs.instants import side_of
-from runner.inputs.reader import read
-from runner.memory import LEAN, floats, integers
-from runner.pointers import call_kernel, caller
-from runner.stiff.linear_algebra import factorize, solve
-from runner.stiff.space import (
+from qddot.runner.abi import MATRIX_KERNEL
+from qddot.runner.compiled import compiled
+from qddot.runner.explicit.slopes import constants, input_table, input_values
+from qddot.runner.explicit.workspace import states
+from qddot.runner.inputs.instants import side_of
+from qddot.runner.inputs.reader import read
+from qddot.runner.memory import LEAN, floats, integers
+from qddot.runner.pointers import call_kernel, caller
+from qddot.runner.stiff.linear_algebra import factorize, solve
+from qddot.runner.stiff.space import (
     DEGREE,
     F_OPPOSITE,
     F_SHIFTED,

@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from runner.study.base import Amount
-from runner.study.read import StudyError, place
-from runner.study.units import magnitude
+from qddot.runner.study.base import Amount
+from qddot.runner.study.read import StudyError, place
+from qddot.runner.study.units import magnitude
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.study.base import Amount
-from runner.study.batch_schema import AxisTable
-from runner.study.units import magnitude
-from units.amounts import number_and_unit
-from units.worth import problem
+from qddot.runner.study.base import Amount
+from qddot.runner.study.batch_schema import AxisTable
+from qddot.runner.study.units import magnitude
+from qddot.units.amounts import number_and_unit
+from qddot.units.worth import problem
 
 #: Ways to give the values of an axis; those of SAMPLED are drawn, one value a run.
 LISTED = ("values", "linspace", "logspace", "range")

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
-
-from runner.checks import shown, unknown
-from runner.study.annotations import bare, expected, is_row, is_table, is_union, keys_of, kinds_of, literals
-from runner.study.places import place
+from qddot.runner.checks import shown, unknown
+from qddot.runner.study.annotations import bare, expected, is_row, is_table, is_union, keys_of, kinds_of, literals
+from qddot.runner.study.places import place
 
 #: The most mistakes of one file that are told, and the most errors of pydantic's that are looked at for them.
 MOST_TOLD, MOST_LOOKED_AT = 20, 200

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from runner.study.toml import tables_of, text_of
+from qddot.runner.study.toml import tables_of, text_of
 
 
 def with_identified(tree: Mapping[str, Any], study: Path) -> dict[str, Any]:

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from runner.files import written_aside
-from runner.study.schema import Study
+from qddot.runner.files import written_aside
+from qddot.runner.study.schema import Study
 
 
 def json_schema() -> dict[str, Any]:

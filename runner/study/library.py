@@ -9,8 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from runner.checks import unknown
-from runner.study.toml import tables_of, text_of
+from qddot.runner.checks import unknown
+from qddot.runner.study.toml import tables_of, text_of
 
 #: The entries that come with qddot.
 SHIPPED = Path(__file__).parent.parent.parent / "studies" / "library"

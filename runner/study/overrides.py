@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from runner.checks import unknown
-from runner.study.toml import tables_of
+from qddot.runner.checks import unknown
+from qddot.runner.study.toml import tables_of
 
 Tree = dict[str, Any]
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from runner.study.toml import text_of
+from qddot.runner.study.toml import text_of
 
 #: The longest key that a message shows whole.
 LONGEST_KEY = 200

@@ -5,15 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
-
-from runner.checks import unknown
-from runner.study.explain import explained
-from runner.study.identified import with_identified
-from runner.study.library import completed
-from runner.study.overrides import Tree, changed
-from runner.study.places import place
-from runner.study.schema import Study
-from runner.study.toml import tables_of, text_of
+from qddot.runner.checks import unknown
+from qddot.runner.study.explain import explained
+from qddot.runner.study.identified import with_identified
+from qddot.runner.study.library import completed
+from qddot.runner.study.overrides import Tree, changed
+from qddot.runner.study.places import place
+from qddot.runner.study.schema import Study
+from qddot.runner.study.toml import tables_of, text_of
 
 __all__ = ["StudyError", "check", "place", "read", "read_tree"]
 

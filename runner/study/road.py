@@ -5,16 +5,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import unknown
-from runner.inputs.csv_table import samples_from_csv, table_from_csv
-from runner.inputs.drive import Way, roads_at
-from runner.inputs.iso8608 import CLASSES, LONGEST, SHORTEST, random_road
-from runner.inputs.roads import cosine_bump, pothole, ramp, step, wave
-from runner.inputs.signal import Signal
-from runner.inputs.tables import table, table_at
-from runner.load import Model
-from runner.study.amounts import Amounts
+from qddot.runner.checks import unknown
+from qddot.runner.inputs.csv_table import samples_from_csv, table_from_csv
+from qddot.runner.inputs.drive import Way, roads_at
+from qddot.runner.inputs.iso8608 import CLASSES, LONGEST, SHORTEST, random_road
+from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, step, wave
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.inputs.tables import table, table_at
+from qddot.runner.load import Model
+from qddot.runner.study.amounts import Amounts
 
 
 def road_signals(

@@ -3,8 +3,7 @@
 from typing import Annotated, Literal
 
 from pydantic import Field
-
-from runner.study.base import Amount, Real, Table, Whole
+from qddot.runner.study.base import Amount, Real, Table, Whole
 
 
 class SpeedProfile(Table):

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from runner.study.overrides import changed
-from runner.study.read import StudyError, check, read, read_tree
-from runner.study.schema import Study
-from runner.study.sweep import sweep_of
+from qddot.runner.study.overrides import changed
+from qddot.runner.study.read import StudyError, check, read, read_tree
+from qddot.runner.study.schema import Study
+from qddot.runner.study.sweep import sweep_of
 
 
 def row_of(path: Path, changes: Mapping[str, Any], row: int) -> Study:

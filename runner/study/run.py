@@ -4,16 +4,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from runner.checks import unknown
-from runner.files import named_code
-from runner.load import Model, load
-from runner.simulate import simulate
-from runner.solution import Solution
-from runner.study.amounts import Amounts
-from runner.study.base import Amount
-from runner.study.read import StudyError, place, read
-from runner.study.schema import Study
-from runner.study.signals import study_signals
+from qddot.runner.checks import unknown
+from qddot.runner.files import named_code
+from qddot.runner.load import Model, load
+from qddot.runner.simulate import simulate
+from qddot.runner.solution import Solution
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.base import Amount
+from qddot.runner.study.read import StudyError, place, read
+from qddot.runner.study.schema import Study
+from qddot.runner.study.signals import study_signals
 
 Progress = Callable[[float], None]
 

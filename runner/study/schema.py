@@ -3,11 +3,10 @@
 from typing import Literal
 
 from pydantic import Field
-
-from runner.study.base import Amount, Real, Table, Whole
-from runner.study.batch_schema import MetricTable, OutputTable, SweepTable
-from runner.study.input_kinds import InputKind
-from runner.study.road_kinds import RoadKind
+from qddot.runner.study.base import Amount, Real, Table, Whole
+from qddot.runner.study.batch_schema import MetricTable, OutputTable, SweepTable
+from qddot.runner.study.input_kinds import InputKind
+from qddot.runner.study.road_kinds import RoadKind
 
 
 class Integration(Table):

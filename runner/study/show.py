@@ -3,18 +3,17 @@
 from pathlib import Path
 from typing import Any
 
+from qddot.runner.inputs.iso8608 import SHORTEST, road_class
+from qddot.runner.inputs.signal import START, Signal
+from qddot.runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, points, spectrum
+from qddot.runner.report.tables import plain_table
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.read import StudyError, read
+from qddot.runner.study.road import random_road_roughness, road_positions, road_profile, road_reach, road_speed
+from qddot.runner.study.run import study_model, study_parameters
+from qddot.runner.study.signals import study_signals
 from rich.console import Console
 from rich.table import Table
-
-from runner.inputs.iso8608 import SHORTEST, road_class
-from runner.inputs.signal import START, Signal
-from runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, points, spectrum
-from runner.report.tables import plain_table
-from runner.study.amounts import Amounts
-from runner.study.read import StudyError, read
-from runner.study.road import random_road_roughness, road_positions, road_profile, road_reach, road_speed
-from runner.study.run import study_model, study_parameters
-from runner.study.signals import study_signals
 
 
 def show_inputs(path: Path, into: Path) -> int:
@@ -43,7 +42,7 @@ def show_inputs(path: Path, into: Path) -> int:
         reach = road_reach(study.road, places, span, amounts)
         console.print(_described(study.road, reach, amounts), highlight=False, soft_wrap=True)
         sheets += _road_sheets(study.road, road, reach, span, amounts)
-    from runner.report.input_figures import draw_inputs  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.report.input_figures import draw_inputs  # noqa: PLC0415 - matplotlib is slow to import
 
     picture = draw_inputs(study.title or path.stem, sheets, into / f"{path.stem}_inputs.png")
     console.print(f"wrote {picture}", highlight=False, soft_wrap=True)

@@ -6,18 +6,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.checks import unknown
-from runner.inputs.csv_table import samples_from_csv
-from runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
-from runner.inputs.shapes import constant, pulse_train, sine
-from runner.inputs.signal import Signal
-from runner.inputs.tables import table, table_at
-from runner.load import Model
-from runner.study.amounts import Amounts
-from runner.study.road import road_signals
-from runner.study.schema import Study
-from runner.study.units import magnitude
+from qddot.runner.checks import unknown
+from qddot.runner.inputs.csv_table import samples_from_csv
+from qddot.runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
+from qddot.runner.inputs.shapes import constant, pulse_train, sine
+from qddot.runner.inputs.signal import Signal
+from qddot.runner.inputs.tables import table, table_at
+from qddot.runner.load import Model
+from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.road import road_signals
+from qddot.runner.study.schema import Study
+from qddot.runner.study.units import magnitude
 
 
 def study_signals(study: Study, model: Model, p: NDArray[np.float64], path: Path) -> dict[str, Signal]:

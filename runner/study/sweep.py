@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from runner.study.axes import Axis, axis_of
-from runner.study.batch_schema import AxisTable, SweepTable
+from qddot.runner.study.axes import Axis, axis_of
+from qddot.runner.study.batch_schema import AxisTable, SweepTable
 
 #: What no axis may change: it would make runs of different states, lengths or measures.
 FIXED = ("model", "span", "title", "figure", "sweep", "metrics", "outputs")

@@ -1,8 +1,8 @@
 """Numbers with units: `"605 N s"` in a study, where the model says N s."""
 
-from runner.checks import finite
-from runner.study.base import Amount
-from units.amounts import amount_in
+from qddot.runner.checks import finite
+from qddot.runner.study.base import Amount
+from qddot.units.amounts import amount_in
 
 
 def magnitude(where: str, amount: Amount, unit: str) -> float:

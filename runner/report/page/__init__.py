@@ -8,7 +8,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from runner.files import written_aside
+from qddot.runner.files import written_aside
 
 _HERE = Path(__file__).parent
 

@@ -24,7 +24,7 @@ def be(number: int) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """The hint at a known name, `; did you mean run?`, or nothing where none is like it."""
-    from difflib import get_close_matches  # noqa: PLC0415 - needed for errors alone, and slow to start
+    from difflib import get_close_matches
 
     close = get_close_matches(name, sorted(known), n=1)
     return f"; did you mean {close[0]}?" if close else ""

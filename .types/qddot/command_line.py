@@ -1,0 +1,1 @@
+../../qddot/command_line.py

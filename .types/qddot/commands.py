@@ -1,0 +1,1 @@
+../../qddot/commands.py

@@ -1,0 +1,1 @@
+../../qddot/road.py
