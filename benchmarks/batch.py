@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import qddot.model.pendulum
 
 import qddot
+import qddot.model.pendulum
 from benchmarks import ours
 from benchmarks.cases.case import Case, Run
 from benchmarks.cases.m113 import AMPLITUDE, WAVELENGTH, batch_keywords, drives

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from qddot.generated import m113
 
 import qddot
 from benchmarks import ours
@@ -19,6 +18,7 @@ from benchmarks.cases.case import Case, Floats, Run
 from benchmarks.cases.m113 import ride
 from benchmarks.operations import of_rk4_step
 from benchmarks.timing import Table, Timing, dgemm_peak, interleaved
+from qddot.generated import m113
 
 STEP, STEPS = 1e-4, 1_000_000
 

@@ -3,19 +3,19 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import sympy
+from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
+
 import qddot.model.chain
 import qddot.model.m113
 import qddot.model.pendulum
-import sympy
+from benchmarks.contest import reason, say
+from benchmarks.peers import peer
+from benchmarks.timing import Table, Timing, interleaved
 from qddot.codegen.generate import artefacts
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower, lower_rhs
 from qddot.model.system import System
-from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
-
-from benchmarks.contest import reason, say
-from benchmarks.peers import peer
-from benchmarks.timing import Table, Timing, interleaved
 
 OURS = "qddot, right-hand side, accelerations solved for and optimized"
 CASADI = "CasADi, right-hand side, accelerations solved for, as its function"

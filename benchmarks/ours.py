@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 from numba import njit, prange
-from qddot.model.system import System
-from qddot.runner.load import Model
 
 import qddot
 from benchmarks.cases.case import Case, Floats, Run
 from benchmarks.peers import THREADS, compiled
+from qddot.model.system import System
+from qddot.runner.load import Model
 
 
 def derived(system: System, folder: Path) -> Model:

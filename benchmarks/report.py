@@ -8,9 +8,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from qddot.runner.files import written_aside
-
 from benchmarks.timing import Table, Timing, machine
+from qddot.runner.files import written_aside
 
 #: What is measured here, by the names under which they are installed.
 TOOLS = ("heyoka", "numbalsoda", "CyRK", "jitcode", "casadi", "diffrax", "pydy", "scipy", "numba", "numpy", "sympy")

@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from qddot.model import chain, pendulum
 
 import qddot
 from benchmarks import ours
@@ -21,6 +20,7 @@ from benchmarks.cases.pendulum import swings
 from benchmarks.contest import Preparation, at_equal_error
 from benchmarks.peers import peer
 from benchmarks.timing import Table, Timing
+from qddot.model import chain, pendulum
 
 PEERS: dict[str, Preparation] = {
     "heyoka taylor_adaptive": peer("heyoka", "one"),

@@ -5,11 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import solve_ivp
+
 from qddot.runner.batch.block import compute, warm_up
 from qddot.runner.batch.job import Job, read_job
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.simulate import Simulation
-from scipy.integrate import solve_ivp
 
 STUDY = Path(__file__).parent.parent / "studies" / "terrain_monte_carlo.toml"
 

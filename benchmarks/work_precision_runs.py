@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from qddot.runner.problem import Status
 from scipy.integrate import solve_ivp
 
 from benchmarks.problems import Problem
+from qddot.runner.problem import Status
 
 #: A run: rtol to the final state (n,) and the number of evaluations of the right-hand side.
 Run = Callable[[float], tuple[NDArray[np.float64], int]]

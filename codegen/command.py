@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
+from qddot import model
 from qddot.codegen.generate import Change, apply, changes
 from qddot.codegen.sources import find
-
-from qddot import model
 from qddot.words import be, counted
 
 #: Where shipped models' files go: a folder where the user stands.

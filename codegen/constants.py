@@ -3,6 +3,7 @@
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.kernel import Assignment, Kernel
 from qddot.codegen.rewrite import Names, factors, is_condition, rebuild, split_number
 

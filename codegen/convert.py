@@ -3,9 +3,10 @@
 from typing import Any
 
 import symengine as se
+from sympy import Symbol
+
 from qddot.model.kinks import cases
 from qddot.model.vocabulary import SMOOTH
-from sympy import Symbol
 
 #: Functions by their names in SymEngine, and in `math`.
 MATH_NAMES = {each.__name__: each.__name__ for each in SMOOTH}

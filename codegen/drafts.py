@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.elimination import Factors, factorize, solve
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.kernel import Assignment
 
 #: Gives a fresh symbol for a wished name.

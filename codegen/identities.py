@@ -6,6 +6,7 @@ from math import comb
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.rewrite import factors, is_number, split_number
 
 #: A product of powers: base -> exponent as pairs; a sum is such products with their coefficients.

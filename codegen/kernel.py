@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.rewrite import operations
 
 Assignment = tuple[Any, Any]

@@ -5,6 +5,7 @@ from math import isfinite
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.convert import MATH_NAMES
 from qddot.codegen.rewrite import is_number, leading_number, split_number
 from qddot.model.system import ModelError

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import sympy
+
 from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lower import Program

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import symengine as se
+
 from qddot.codegen.convert import MATH_NAMES
 from qddot.codegen.environment import environment
 from qddot.codegen.printer import Printer

@@ -10,7 +10,6 @@ from signal import SIGTERM
 from types import FrameType
 
 from qddot.model.system import ModelError
-
 from qddot.words import nearest
 
 

@@ -6,10 +6,9 @@ import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 
+from qddot import model
 from qddot.codegen.slips import explained
 from qddot.model.system import ModelError, System
-
-from qddot import model
 from qddot.words import nearest
 
 _MODELS = Path(model.__file__).parent

@@ -1,7 +1,8 @@
 """A cart on a rail with a pole hinged to it, driven by a force on the cart."""
 
-from qddot.model.system import Coordinate, Input, Output, Parameter, System
 from sympy import Rational, Symbol, cos, sin, symbols
+
+from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
 def system() -> System:

@@ -1,7 +1,8 @@
 """A chain of n equal masses joined by springs and dampers, shaken at one end."""
 
-from qddot.model.system import Coordinate, Input, Output, Parameter, System
 from sympy import Rational, Symbol, symbols
+
+from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
 def system(n: int = 10) -> System:

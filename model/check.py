@@ -7,11 +7,12 @@ from difflib import get_close_matches
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+from sympy import Expr, Symbol, sympify
+
 from qddot.model.inertia import inertia
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.vocabulary import refusals
 from qddot.units.worth import problem
-from sympy import Expr, Symbol, sympify
 
 if TYPE_CHECKING:
     from qddot.model.system import System

@@ -1,7 +1,8 @@
 """Two point masses on massless rods with viscous joints; the mass matrix depends on the angles."""
 
-from qddot.model.system import Coordinate, Output, Parameter, System
 from sympy import Rational, Symbol, cos, sin, symbols
+
+from qddot.model.system import Coordinate, Output, Parameter, System
 
 
 def system() -> System:

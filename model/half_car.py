@@ -1,7 +1,8 @@
 """The half car in side view: heave and pitch of the body, one wheel in front and one behind."""
 
-from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 from sympy import Rational, Symbol, symbols
+
+from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 
 HALF = Rational(1, 2)
 z_b, theta, z_f, z_r = symbols("z_b theta z_f z_r")

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import mpmath
-from qddot.model.kinks import cases
 from sympy import Add, Expr, Symbol, lambdify
+
+from qddot.model.kinks import cases
 
 #: A pivot this small against 1 is not certain in floating point.
 _DOUBTFUL = 1e-6

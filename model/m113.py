@@ -3,8 +3,9 @@
 Numbered from 1, as in the paper: q[1] to q[5] are the axles, q[6] and q[7] heave and pitch of the hull.
 """
 
-from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 from sympy import Rational, Symbol, symbols
+
+from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 
 AXLES = range(1, 6)
 MASSES = range(1, 7)

@@ -1,7 +1,8 @@
 """One axle of the M113 under a fixed hull, released from rest: equation (12) of paper 2116, solved there by (13)."""
 
-from qddot.model.system import Coordinate, Output, Parameter, System
 from sympy import Rational, Symbol, symbols
+
+from qddot.model.system import Coordinate, Output, Parameter, System
 
 
 def system() -> System:

@@ -1,7 +1,8 @@
 """A pendulum of n equal links: point masses on massless rods, viscous joints."""
 
-from qddot.model.system import Coordinate, Output, Parameter, System
 from sympy import Add, Rational, Symbol, cos, sin, symbols
+
+from qddot.model.system import Coordinate, Output, Parameter, System
 
 
 def system(n: int = 3) -> System:

@@ -1,7 +1,8 @@
 """The quarter car: one wheel on its tyre, a quarter of the body on its spring and damper."""
 
-from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 from sympy import Rational, Symbol, symbols
+
+from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 
 
 def system() -> System:

@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 
+from sympy import Expr, Integer, Symbol, SympifyError, sympify
+
 from qddot.model.assumptions import plain, unkept
 from qddot.model.check import problems
 from qddot.model.kinks import cases
 from qddot.model.naming import LONGEST, dotted, t
-from sympy import Expr, Integer, Symbol, SympifyError, sympify
 
 __all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "System", "t"]
 

@@ -8,13 +8,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import sympy
-from qddot.model.kinks import KINKED
-from qddot.model.naming import t
 from sympy import Add, Basic, Integer, Mul, Number, Piecewise, Pow, Rational, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.core.relational import Equality, GreaterThan, LessThan, StrictGreaterThan, StrictLessThan, Unequality
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
+
+from qddot.model.kinks import KINKED
+from qddot.model.naming import t
 
 #: Functions that have a derivative wherever they have a value.
 SMOOTH = (

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.events.kinds import Event, EventLog, OutputCrossing
 from qddot.runner.inputs.instants import ROUNDING

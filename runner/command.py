@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from rich.console import Console
+from rich.markup import escape
+
 from qddot.runner.checks import unknown
 from qddot.runner.compiling import compiled_for
 from qddot.runner.equilibrium import EquilibriumError, equilibrium
@@ -23,8 +26,6 @@ from qddot.runner.study.row import row_of
 from qddot.runner.study.run import run
 from qddot.runner.study.schema import Study
 from qddot.runner.study.show import show_inputs
-from rich.console import Console
-from rich.markup import escape
 
 STUDIES = Path(__file__).parent.parent / "studies"
 CATALOGUES = ("models", "studies", "library", "methods", "metrics")

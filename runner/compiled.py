@@ -21,6 +21,7 @@ from numba import config, njit
 from numba.core import dispatcher
 from numba.core.caching import FunctionCache, NullCache
 from numba.np import linalg
+
 from qddot.runner.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or

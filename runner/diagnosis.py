@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.inertia import singular_mass
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.jumps import jump

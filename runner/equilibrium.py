@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.checks import finite, finite_state, unknown
 from qddot.runner.inertia import singular_mass
 from qddot.runner.inputs.bind import bind

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
+
 from qddot.runner.events.kinds import Event
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.options import Options

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.load import Model
 
 Vector = NDArray[np.float64]

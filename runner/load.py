@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numba.core.errors import NumbaError
 from numpy.typing import ArrayLike, NDArray
+
+from qddot import generated
 from qddot.runner import abi
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.compiled import keeping_module
 from qddot.runner.tables import LoadError, Tables, read_tables
-
-from qddot import generated
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
 

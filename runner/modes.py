@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import finite
 from qddot.runner.equilibrium import rest
 from qddot.runner.inputs.bind import bind

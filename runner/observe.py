@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.checks import unknown
 from qddot.runner.compiled import compiled

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.checks import flag, numbers, positive, shown, whole
 
 #: Of the numerical differentiation formulas.

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.checks import shown
 from qddot.runner.memory import intrinsic

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.inputs.signal import InputTable
 
 #: The end of a run that only an event ends, in s from its start.

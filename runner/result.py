@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.reader import sample

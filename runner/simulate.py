@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner import checks
 from qddot.runner.checks import finite, finite_state, flag, numbers, row, shown, unknown
 from qddot.runner.diagnosis import diagnosis
@@ -15,6 +16,7 @@ from qddot.runner.events.kinds import OutputCrossing, StateCrossing
 from qddot.runner.first_call import check_first_calls
 from qddot.runner.inputs.bind import as_signal, bind
 from qddot.runner.inputs.signal import Signal, stack
+from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.methods import METHODS, Method, find_method
 from qddot.runner.options import Options
@@ -40,7 +42,7 @@ def simulate(
     initial: Mapping[str, float] | ArrayLike | None = None,
     guess: Guess = None,
     on_failure: str = "raise",
-    **options: Any,
+    **options: Unpack[OptionKeywords],
 ) -> Solution:
     """Integrate a model over span = (t0, t1) in s, backward where t1 < t0, to a terminal event where t1 is infinite.
 
@@ -110,7 +112,7 @@ def prepare(
     initial: Mapping[str, float] | ArrayLike | None = None,
     guess: Guess = None,
     at_rest: Callable[..., NDArray[np.float64]] = rest,
-    **options: Any,
+    **options: Unpack[OptionKeywords],
 ) -> Simulation:
     """What `simulate` with these arguments would run, to be run when called, as often as wanted. Raises as it does.
 
@@ -198,7 +200,7 @@ def solve(
     mass_matrix: ArrayLike | None = None,
     state_names: Sequence[str] | None = None,
     on_failure: str = "raise",
-    **options: Any,
+    **options: Unpack[OptionKeywords],
 ) -> Solution:
     """Integrate x' = rhs for any jitted function of the calling convention, rhs(t, x, u, c, dx), from x0 (n,).
 

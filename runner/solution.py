@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import unknown
 from qddot.runner.files import written_aside
 from qddot.runner.problem import Statistics, Status
@@ -18,6 +19,7 @@ from qddot.runner.tables import Quantity
 
 if TYPE_CHECKING:
     import xarray
+
     from qddot.runner.events.kinds import EventLog
 
 TIME = Quantity("time", "s", "time")

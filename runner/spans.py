@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+
 from qddot.runner.checks import finite, number, shown
 from qddot.runner.methods import Method
 from qddot.runner.options import Options

@@ -12,6 +12,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+
 from qddot.runner.memory import BLOCK, intrinsic
 
 #: Doubles in a register of 256 bits.

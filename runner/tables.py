@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numba.core.dispatcher import Dispatcher
+
 from qddot.runner import abi
 
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")

@@ -11,6 +11,7 @@ from threading import Event
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.problem import Status
 
 #: Seconds between two looks at what the threads have done.

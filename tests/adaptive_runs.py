@@ -3,6 +3,7 @@
 import numpy as np
 import runs
 from numba import njit
+
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.methods import METHODS

@@ -5,6 +5,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+
 from qddot.codegen.sources import shipped, shipped_names
 from qddot.model.system import System
 

@@ -5,9 +5,9 @@ import importlib.util
 import casadi
 import numpy as np
 import sympy
-from qddot.codegen.generate import artefacts, formatted
 
 from benchmarks.peers.casadi import Energies
+from qddot.codegen.generate import artefacts, formatted
 
 
 def generated_module(system, folder):

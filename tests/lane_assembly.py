@@ -3,6 +3,7 @@
 import llvmlite.binding
 import pytest
 from numba import njit
+
 from qddot.runner.compiled import ARITHMETIC
 from qddot.runner.lanes.kernel import LaneCompiler
 from qddot.runner.memory import LEAN

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.signal import InputTable, stack
 from qddot.runner.methods import find_method

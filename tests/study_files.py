@@ -1,6 +1,7 @@
 """Study files that tests write: right ones, ones with a slip, and that a slip is refused with its place."""
 
 import pytest
+
 from qddot.runner.study.read import StudyError
 
 

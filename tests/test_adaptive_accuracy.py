@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, circle, plain, run, slope, three, three_at
-from qddot.runner.problem import Status
 from scipy.integrate import solve_ivp
 
 from benchmarks.problems.orbits import ARENSTORF_START, STARS, arenstorf, pleiades
+from qddot.runner.problem import Status
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)

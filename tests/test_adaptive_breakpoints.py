@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, forced, run
 from numba import njit
+
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import Signal

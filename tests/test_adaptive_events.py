@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, circle, falling, forced, run
 from numba import njit
+
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.events.kinds import Event, OutputCrossing, StateCrossing
 from qddot.runner.inputs.signal import Signal

@@ -3,11 +3,11 @@ import pytest
 from adaptive_runs import axle, circle, plain, run
 from numba import njit
 from published_ode45 import solve
-from qddot.runner.abi import VECTOR_KERNEL
 from scipy.integrate import RK23, RK45
 from scipy.integrate._ivp.rk import rk_step
 
 from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
+from qddot.runner.abi import VECTOR_KERNEL
 
 M2, K, GRAVITY = 120.0, 2.15e6 + 6.5e4, 9.81
 AXLE = (K / M2, GRAVITY)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, circle, run
 from numba import njit
-from qddot.runner.abi import VECTOR_KERNEL
-from qddot.runner.methods import find_method
-from qddot.runner.problem import Status
 from runs import exploding, rooted
 
 from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
+from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.methods import find_method
+from qddot.runner.problem import Status
 
 
 @njit(VECTOR_KERNEL)

@@ -2,9 +2,10 @@
 
 import pytest
 from batches import STUDY, written
+from study_files import assert_refused, slip
+
 from qddot.runner.batch.run import run_batch
 from qddot.runner.study.overrides import parsed
-from study_files import assert_refused, slip
 
 AXIS = 'linspace = ["200 kg", "400 kg", 9]'
 SAMPLED = slip(STUDY, AXIS, 'uniform = ["200 kg", "400 kg"]')

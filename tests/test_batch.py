@@ -13,6 +13,9 @@ import pyarrow.parquet
 import pytest
 import xarray
 from batches import STUDY, assert_equal, values, written
+from scipy.integrate import solve_ivp
+
+import qddot
 from qddot.runner.batch.grid import open_batch
 from qddot.runner.batch.job import read_job
 from qddot.runner.batch.results import Results
@@ -22,9 +25,6 @@ from qddot.runner.study.overrides import parsed
 from qddot.runner.study.read import StudyError
 from qddot.runner.study.row import row_of
 from qddot.runner.study.run import run
-from scipy.integrate import solve_ivp
-
-import qddot
 
 ROOT = Path(__file__).parent.parent
 

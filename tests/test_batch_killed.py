@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from batches import STUDY, assert_equal, values, written
+
 from qddot.runner.batch.cluster import connected, on_workers
 from qddot.runner.batch.job import read_job
 from qddot.runner.batch.run import opened, run_batch

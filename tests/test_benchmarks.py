@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from qddot.model.pendulum import system as pendulum
 
 import qddot
 from benchmarks import ours
@@ -23,6 +22,7 @@ from benchmarks.peers import peer
 from benchmarks.peers.casadi import Energies
 from benchmarks.report import markdown, seconds
 from benchmarks.timing import Table, Timing, interleaved
+from qddot.model.pendulum import system as pendulum
 
 STARTS = np.array([[0.3, -0.2, 0.1, 0.4], [0.5, 0.1, -0.3, 0.2]])
 

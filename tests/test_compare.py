@@ -15,6 +15,7 @@ import symengine as se
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from qddot.codegen.calculus import terms
 from qddot.codegen.compare.command import run
 from qddot.codegen.compare.difference import compare

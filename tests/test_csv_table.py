@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from qddot.runner.inputs.csv_table import table_from_csv
 from qddot.runner.inputs.tables import resampled
 

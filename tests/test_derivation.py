@@ -4,8 +4,9 @@ import casadi
 import numpy as np
 import pytest
 import sympy
-from qddot.model.system import t
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
+
+from qddot.model.system import t
 
 
 def accelerations(kernels, point):

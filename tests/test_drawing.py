@@ -5,6 +5,7 @@ import signal
 
 import numpy as np
 import pytest
+
 from qddot.runner.report.background import Drawing
 from qddot.runner.report.curves import Curve, Curves
 

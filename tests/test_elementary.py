@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit, types
+
 from qddot.runner import abi
 from qddot.runner.compiled import ARITHMETIC
 from qddot.runner.lanes.calls import doubles

@@ -9,6 +9,7 @@ import pytest
 from displayed import MODELS, documents
 from hypothesis import given
 from hypothesis import strategies as st
+
 from qddot.codegen.equations.latex_script import LatexScript
 from qddot.codegen.equations.latex_text import escape, unit
 from qddot.codegen.equations.layout import Box, beside, joined, lines

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from displayed import MODELS, at, derived, displays, documents, motion_residual, printed, random_point
 from latex_reader import LatexReader, terminal_value
+
 from qddot.codegen.equations.latex_script import LatexScript
 from qddot.codegen.equations.latex_text import escape
 from qddot.codegen.equations.page import html

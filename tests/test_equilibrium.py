@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from qddot.runner.equilibrium import EquilibriumError, equilibrium
 from qddot.runner.inputs.shapes import sine
 from qddot.runner.load import load

@@ -9,6 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import qddot
 from qddot.runner import abi
 from qddot.runner.exact import ladder, run, taylor
 from qddot.runner.inputs.signal import stack
@@ -17,10 +21,6 @@ from qddot.runner.load import available, load
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
-
-import qddot
 
 LINEAR = [name for name in available() if load(name).tables.linear]
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+
+import qddot
 from qddot.runner.exact.batch import propagate_batch
 from qddot.runner.inputs.shapes import constant
 from qddot.runner.inputs.tables import table
 from qddot.runner.load import load
 from qddot.runner.problem import Status
-
-import qddot
 
 RUNS, SAMPLES = 37, 41
 SIGNALS = (
@@ -43,7 +43,7 @@ def batch_of(model, runs, samples, columns, seed=1):
         "last": np.cumsum(lengths) - 1,
         "times": np.linspace(-0.2, t1, samples, axis=1).copy(),
         "columns": np.array(columns, dtype=np.int64),
-        "samples": np.full((runs, samples, len(columns)), np.nan),
+        "output_times": np.full((runs, samples, len(columns)), np.nan),
         "final": np.full((runs, n), np.nan),
         "failed_at": np.full(runs, np.nan),
         **{name: np.full(runs, value, dtype=np.int64) for name, value in whole.items()},
@@ -114,8 +114,14 @@ def test_simulate_batch_takes_the_exact_way():
     masses, speeds = np.linspace(9e3, 12e3, 9), np.linspace(2.0, 8.0, 9)
     inputs = {"F": qddot.per_run(shot, offset=-0.1 * speeds), "z_1": qddot.per_run(road, speeds)}
     batch = qddot.simulate_batch(
-        model, (0, 2), method="exact", parameters={"m_6": masses}, inputs=inputs, samples=21, names=["heave", "q_1"]
-    )
+        model,
+        (0, 2),
+        method="exact",
+        parameters={"m_6": masses},
+        inputs=inputs,
+        output_times=21,
+        names=["heave", "q_1"],
+    )  # fmt: skip
     assert batch.success.all() and not batch.in_lanes
     for run in (0, 4, 8):
         alone = qddot.simulate(

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 from derived import generated_module
+from ruff.__main__ import find_ruff_bin
+
 from qddot.codegen import generate
 from qddot.codegen.command import GENERATED
 from qddot.codegen.generate import apply, changes, write_atomically
 from qddot.codegen.sources import find, from_file, shipped
 from qddot.model.system import ModelError
-from ruff.__main__ import find_ruff_bin
 
 ROOT = Path(__file__).parent.parent
 
@@ -190,7 +191,7 @@ def test_the_daily_move_an_eighth_coordinate_follows_everywhere(tmp_path):
 
     def there(*arguments):
         return subprocess.run(
-            [sys.executable, "-m", "qddot", *arguments], cwd=copy, env={**os.environ, **environment},
+            [sys.executable, "-P", "-m", "qddot", *arguments], cwd=copy, env={**os.environ, **environment},
             capture_output=True, text=True, timeout=300, check=False,
         )  # fmt: skip
 

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest, chi2
+
 from qddot.runner.identify.figure import draw
 from qddot.runner.identify.fit import fit
 from qddot.runner.identify.judge import judge
@@ -21,7 +23,6 @@ from qddot.runner.load import load
 from qddot.runner.simulate import simulate
 from qddot.runner.study.read import StudyError
 from qddot.runner.study.run import run_study
-from scipy.stats import binomtest, chi2
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper"

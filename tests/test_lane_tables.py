@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lane_assembly import FEATURES, SCALAR, fresh, needs_avx
+
+import qddot
 from qddot.runner.lanes.guides import guide_for, hops_of, is_even
 from qddot.runner.lanes.samples import interpolate, weigh
 from qddot.runner.lanes.signals import stack_runs
 from qddot.runner.lanes.tables import EVEN, GUIDED, find_even, find_guided, go_on, measure, read_pieces
-
-import qddot
 
 
 @pytest.fixture(scope="module")
@@ -51,10 +51,10 @@ def test_runs_share_the_points_of_a_road(m113, kind, lengths, way, method):
     assert (table.way[:5] == way).all()
     settings = {"parameters": "as_run_unloaded", "method": method, "initial": START} | METHODS[method]
     columns = ["q_1", *(output.name for output in m113.tables.outputs)]
-    batch = qddot.simulate_batch(m113, (0, 0.2), inputs=inputs, samples=21, names=columns, **settings)
+    batch = qddot.simulate_batch(m113, (0, 0.2), inputs=inputs, output_times=21, names=columns, **settings)
     for run in (0, 1, 8, 9):
         signals = {name: road.shifted(speeds[run], 0.66 * i) for i, name in enumerate(names)}
-        solution = qddot.simulate(m113, (0, 0.2), inputs=signals, output_times=batch.sample_times[run], **settings)
+        solution = qddot.simulate(m113, (0, 0.2), inputs=signals, output_times=batch.output_times[run], **settings)
         np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=0, atol=1e-11)
         expected = np.array([solution[each] for each in columns]).T
         np.testing.assert_allclose(batch.samples[run], expected, rtol=0, atol=1e-9 * np.abs(expected).max())

@@ -8,14 +8,14 @@ import pytest
 from conftest import MODELS
 from lane_assembly import FEATURES, PACKED, SCALAR, fresh, needs_avx
 from numba import types
+
+import qddot
 from qddot.runner import abi
 from qddot.runner.lanes.batch import IN_LANES
 from qddot.runner.lanes.kernel import lane_rhs
 from qddot.runner.lanes.vectors import combine, estimate_errors
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
-
-import qddot
 
 RTOL = 1e-6
 
@@ -64,13 +64,13 @@ def test_a_lane_equals_the_run_alone_for_every_model_and_method(name):
     same = 0
     for method in IN_LANES:
         batch = qddot.simulate_batch(
-            model, span, method=method, parameters=p, initial=x, inputs=inputs, samples=5, names=names,
+            model, span, method=method, parameters=p, initial=x, inputs=inputs, output_times=5, names=names,
             **settings_of(method),
         )  # fmt: skip
         assert batch.in_lanes
         assert batch.success.all()
         for run in (0, 4, 10):
-            solution = alone(model, span, method, p, x, inputs, run, batch.sample_times[run])
+            solution = alone(model, span, method, p, x, inputs, run, batch.output_times[run])
             expected = np.array([solution[each] for each in names]).T
             scale = 1.0 + np.abs(expected).max(axis=0)
             alike = solution.statistics.steps == batch.steps[run]
@@ -91,10 +91,10 @@ def test_lanes_are_refilled_whatever_the_lengths_of_runs(m113_model, method):
     p, x, inputs = random_runs(m113_model, runs)
     ends = np.linspace(0.02, 0.3, runs)[np.random.default_rng(1).permutation(runs)]
     settings = {"method": method, "parameters": p, "initial": x, "inputs": inputs, **settings_of(method)}
-    batch = qddot.simulate_batch(m113_model, (0.0, ends), samples=3, **settings)
+    batch = qddot.simulate_batch(m113_model, (0.0, ends), output_times=3, **settings)
     assert batch.success.all()
     for run in (0, 7, 8, 20, 36):
-        solution = alone(m113_model, (0.0, ends[run]), method, p, x, inputs, run, batch.sample_times[run])
+        solution = alone(m113_model, (0.0, ends[run]), method, p, x, inputs, run, batch.output_times[run])
         np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(batch.samples[run], solution.states, rtol=1e-9, atol=1e-9)
         assert batch.steps[run] == solution.statistics.steps
@@ -104,10 +104,9 @@ def test_lanes_are_refilled_whatever_the_lengths_of_runs(m113_model, method):
 def test_fewer_runs_than_lanes(m113_model, runs):
     p, x, inputs = random_runs(m113_model, 8)
     chosen = {name: qddot.per_run(each.signal, each.rate[:runs], each.offset[:runs]) for name, each in inputs.items()}
-    whole = qddot.simulate_batch(m113_model, (0, 0.1), step=1e-3, parameters=p, initial=x, inputs=inputs, samples=2)
-    part = qddot.simulate_batch(
-        m113_model, (0, 0.1), step=1e-3, parameters=p[:runs], initial=x[:runs], inputs=chosen, samples=2
-    )
+    given = {"step": 1e-3, "output_times": 2}
+    whole = qddot.simulate_batch(m113_model, (0, 0.1), parameters=p, initial=x, inputs=inputs, **given)
+    part = qddot.simulate_batch(m113_model, (0, 0.1), parameters=p[:runs], initial=x[:runs], inputs=chosen, **given)
     assert part.final.shape == (runs, 14)
     assert part.samples.shape == (runs, 2, 14)
     np.testing.assert_array_equal(part.final, whole.final[:runs])
@@ -117,7 +116,7 @@ def test_fewer_runs_than_lanes(m113_model, runs):
 def test_a_lane_that_is_no_number_leaves_its_neighbours_alone(method):
     model = qddot.load("double_pendulum")
     x = np.random.default_rng(5).uniform(-1, 1, (16, 4))
-    settings = {"method": method, **(settings_of(method) | {"samples": 3})}
+    settings = {"method": method, **(settings_of(method) | {"output_times": 3})}
     good = qddot.simulate_batch(model, (0, 0.2), initial=x, **settings)
     x[5, 2] = 1e200  # its square overflows in the first stage
     bad = qddot.simulate_batch(model, (0, 0.2), initial=x, **settings)
@@ -142,7 +141,7 @@ def test_a_run_that_diverges_says_when_and_by_which_state_as_it_does_alone():
     for run in (2, 9):
         assert Status(batch.status[run]) is lone.status is Status.NON_FINITE
         assert batch.failed_at[run] == lone.failed_at
-        assert model.state_names[batch.failed_state[run]] == lone.failed_state
+        assert batch.failed_state[run] == lone.failed_state
         assert batch.steps[run] == lone.statistics.steps
         np.testing.assert_allclose(batch.final[run], lone.states[-1], rtol=1e-9)
 
@@ -161,7 +160,7 @@ def test_every_lane_lands_on_its_own_breakpoints(m113_model):
 def test_every_run_starts_from_its_own_equilibrium(m113_model):
     masses = np.linspace(8000, 14000, 9)
     batch = qddot.simulate_batch(
-        m113_model, (0, 0.01), step=1e-3, parameters=("as_run_unloaded", {"m_6": masses}), samples=[0.0]
+        m113_model, (0, 0.01), step=1e-3, parameters=("as_run_unloaded", {"m_6": masses}), output_times=[0.0]
     )
     for run, mass in enumerate(masses):
         rest = qddot.equilibrium(m113_model, ("as_run_unloaded", {"m_6": float(mass)}))
@@ -174,12 +173,12 @@ def test_what_does_not_go_in_lanes_goes_alone_with_the_same_results():
     model = qddot.load("quarter_car")
     x = np.random.default_rng(2).uniform(-0.1, 0.1, (3, 4))
     batch = qddot.simulate_batch(
-        model, (0, 0.5), method="ode15s", initial=x, samples=4, names=["z_s", "zdot_u"], rtol=1e-6
+        model, (0, 0.5), method="ode15s", initial=x, output_times=4, names=["z_s", "zdot_u"], rtol=1e-6
     )
     assert not batch.in_lanes
     assert "ode15s" in batch.reason
     lanes = qddot.simulate_batch(
-        model, (0, 0.5), method="dop853", initial=x, samples=4, names=["z_s", "zdot_u"], rtol=1e-9
+        model, (0, 0.5), method="dop853", initial=x, output_times=4, names=["z_s", "zdot_u"], rtol=1e-9
     )
     np.testing.assert_allclose(batch.samples, lanes.samples, rtol=0, atol=1e-4)
     np.testing.assert_allclose(batch.final, lanes.final, rtol=0, atol=1e-4)
@@ -187,7 +186,12 @@ def test_what_does_not_go_in_lanes_goes_alone_with_the_same_results():
 
 def test_samples_outside_a_run_are_missing(m113_model):
     batch = qddot.simulate_batch(
-        m113_model, (0, [0.05, 0.2]), step=1e-3, parameters="as_run_unloaded", samples=[0.0, 0.1, 0.2], names=["pitch"]
+        m113_model,
+        (0, [0.05, 0.2]),
+        step=1e-3,
+        parameters="as_run_unloaded",
+        output_times=[0.0, 0.1, 0.2],
+        names=["pitch"],
     )
     assert np.isfinite(batch.samples[:, :, 0]).tolist() == [[True, False, False], [True, True, True]]
 
@@ -259,7 +263,12 @@ def test_the_sums_of_a_step_are_vectors_throughout():
 
 
 def test_a_model_that_calls_a_function_without_vectors_runs_alone_with_the_same_results(m113_model, monkeypatch):
-    settings = {"step": 1e-3, "parameters": ("as_run_unloaded", {"m_6": [9e3, 1e4]}), "samples": 3, "names": ["pitch"]}
+    settings = {
+        "step": 1e-3,
+        "parameters": ("as_run_unloaded", {"m_6": [9e3, 1e4]}),
+        "output_times": 3,
+        "names": ["pitch"],
+    }
     lanes = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
     monkeypatch.setattr("qddot.runner.lanes.batch.lane_rhs", lambda model: None)
     lone = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)

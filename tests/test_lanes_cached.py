@@ -23,7 +23,8 @@ model, at = qddot.load("quarter_car"), numpy.arange(40.0)
 road = qddot.signal.table(at - 9, numpy.sin(at), "cubic")
 for method in ("rk4", "dop853", "exact"):
     step = {"step": 1e-3} if method == "rk4" else {}
-    qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, inputs={"z_r": road}, samples=3, names=["z_s"], **step)
+    given = {"inputs": {"z_r": road}, "output_times": 3, "names": ["z_s"], **step}
+    qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, **given)
 pair = find_method("dop853").pair
 loops = (fixed.advance("rk4", 4), adaptive.advance("dop853", pair.dense.stages, pair.next_slope), _compiled_runs())
 print([sum(loop.stats.cache_hits.values()) for loop in loops], names)

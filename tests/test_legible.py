@@ -6,6 +6,7 @@ from displayed import at, derived, random_point
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from latex_reader import LatexReader
+
 from qddot.codegen.equations.latex_script import LatexScript
 from qddot.codegen.equations.layout import lines
 from qddot.codegen.equations.legible import legible

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+
 from qddot.runner.stiff.linear_algebra import LARGEST_OWN, factorize, find_lapack, solve
 
 

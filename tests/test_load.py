@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from qddot.runner.load import LoadError, available, load
 from qddot.runner.simulate import prepare, simulate
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import signal
+
 from qddot.runner.metrics.measure import Request, measure
 from qddot.runner.metrics.table import METRICS, compiled_metric
 from qddot.runner.metrics.weighting import TOLERANCE, WEIGHTINGS, digital, digital_gain, error, slowest
 from qddot.runner.tables import Quantity
-from scipy import signal
 
 X = Quantity("x", "m", "a displacement")
 A = Quantity("a", "m/s^2", "an acceleration")

@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sympy import Derivative, Function, Piecewise, Rational, Symbol, latex, symbols
+
 from qddot.codegen.lagrange import derive
 from qddot.model.naming import dotted, name_problem
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System, t
-from sympy import Derivative, Function, Piecewise, Rational, Symbol, latex, symbols
 
 x, xdot, xddot, y, ydot, m, k, c, f, s, r, w, wdot = symbols("x xdot xddot y ydot m k c F s r w wdot")
 half = Rational(1, 2)

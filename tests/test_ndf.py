@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from numba import njit
 from published_ode15s import ode15s
+from runs import exploding, problem, rooted, run
+from scipy.integrate import solve_ivp
+
+from benchmarks.problems import PROBLEMS
 from qddot.runner.events.kinds import Event, StateCrossing
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import stack
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
 from qddot.runner.stiff.ndf_formulas import GAMMA, POWERS, U
-from runs import exploding, problem, rooted, run
-from scipy.integrate import solve_ivp
-
-from benchmarks.problems import PROBLEMS
 
 #: The paper's eq. (12): one axle of 120 kg on its stiffness, with the suspension's, falling under its weight.
 OMEGA2, GRAVITY = (2.15e6 + 6.5e4) / 120.0, 9.81

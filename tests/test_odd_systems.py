@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from derived import Reference, generated_module
-from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System, t
 from sympy import Abs, Heaviside, Max, Piecewise, Rational, Symbol, cos, exp, log, sin, sqrt, symbols, tanh
+
+from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System, t
 
 q, v, p, pv, m, k, c, g, r, w, wdot, f = symbols("q qdot p pdot m k c g r w wdot F")
 half = Rational(1, 2)

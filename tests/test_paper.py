@@ -9,6 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
 from qddot.runner.load import load
 from qddot.runner.metrics.weighting import WEIGHTINGS
 from qddot.runner.paper.claims import Judged, judge, read, verdict
@@ -21,8 +24,6 @@ from qddot.runner.paper.schema import Claim
 from qddot.runner.paper.section_figures import draw_all
 from qddot.runner.paper.studies import Studies, case
 from qddot.runner.study.read import StudyError
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper" / "paper.toml"

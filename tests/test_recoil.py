@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from qddot.runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import START

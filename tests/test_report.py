@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+
 from qddot.runner.paper.command import PAPER
 from qddot.runner.paper.report import report
 from qddot.runner.report.page import Section, table, write_page

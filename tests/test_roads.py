@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad, solve_ivp
+from scipy.interpolate import CubicSpline
+from scipy.signal import welch
+
 from qddot.runner.equilibrium import equilibrium
 from qddot.runner.inputs.drive import Way, drive, roads_at
 from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density, random_road, road_class
@@ -17,9 +21,6 @@ from qddot.runner.inputs.signal import START
 from qddot.runner.inputs.tables import table
 from qddot.runner.load import load
 from qddot.runner.simulate import simulate
-from scipy.integrate import quad, solve_ivp
-from scipy.interpolate import CubicSpline
-from scipy.signal import welch
 
 lengths = st.floats(0.1, 10.0)
 heights = st.floats(-1.0, 1.0)

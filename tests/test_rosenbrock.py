@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numba import njit
-from qddot.runner.explicit.tableau import rooted_trees
-from qddot.runner.stiff.tableau_rosenbrock import RODAS5P
 from runs import problem, run
 
 from benchmarks.problems import PROBLEMS
+from qddot.runner.explicit.tableau import rooted_trees
+from qddot.runner.stiff.tableau_rosenbrock import RODAS5P
 
 
 @njit

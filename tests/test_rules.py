@@ -7,6 +7,7 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from qddot.codegen.constants import hoist
 from qddot.codegen.elimination import factorize, solve
 from qddot.codegen.kernel import Kernel, KernelError, Slot

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.interpolate import CubicSpline
+
 from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.reader import evaluate, reader_for, sample
 from qddot.runner.inputs.shapes import constant, pulse_train, sine
 from qddot.runner.inputs.tables import table
 from qddot.runner.load import load
-from scipy.integrate import quad
-from scipy.interpolate import CubicSpline
 
 CONTINUOUS = ["half_sine", "triangle", "trapezoid"]
 SHAPES = [*CONTINUOUS, "exponential"]

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+
 from qddot.runner.files import written_aside
 from qddot.runner.inputs.shapes import sine
 from qddot.runner.load import load

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numba import njit
+from sympy import symbols
+
+import qddot
 from qddot.model.system import Coordinate, Parameter, System
 from qddot.runner.explicit.stage import call_stage, stage_pointer
 from qddot.runner.memory import BLOCK, address
 from qddot.runner.sums import add_latest, any_beyond, copy_items, sum_slopes
-from sympy import symbols
-
-import qddot
 
 numbers = st.floats(-2, 2)
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import heyoka as hy
 import numpy as np
 import pytest
-from qddot.runner.problem import Status
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from benchmarks.problems import NON_STIFF, PROBLEMS, STIFF
 from benchmarks.problems.orbits import MOON
 from benchmarks.problems.pollution import MADE
+from qddot.runner.problem import Status
 
 # Significant correct digits at rtol 1e-6 and 1e-9. The orbits amplify errors: by 1e3 (Pleiades), 1e4 (Arenstorf).
 LEAST_DIGITS = {

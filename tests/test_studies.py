@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from study_files import assert_refused, slip, write
+
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.load import load
 from qddot.runner.simulate import simulate
 from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.run import run_study
 from qddot.runner.study.units import magnitude
-from study_files import assert_refused, slip, write
 
 GOOD = """\
 model = "quarter_car"

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from study_files import assert_refused, slip, write
+
 from qddot.runner.inputs.drive import drive
 from qddot.runner.inputs.iso8608 import CLASSES, random_road
 from qddot.runner.inputs.recoil import measured_pulse_train
@@ -23,7 +25,6 @@ from qddot.runner.study.road import road_profile, road_signals
 from qddot.runner.study.run import run_study, study_model, study_parameters
 from qddot.runner.study.show import show_inputs
 from qddot.runner.study.signals import study_signals
-from study_files import assert_refused, slip, write
 
 HEAD = """\
 model = "m113"

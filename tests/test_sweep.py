@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from qddot.runner.study.batch_schema import SweepTable
 from qddot.runner.study.overrides import changed, parsed
 from qddot.runner.study.sweep import sweep_of

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from qddot.runner.explicit.tableau import (
     EULER,
     HEUN,

@@ -82,7 +82,7 @@ CALLS = {
     "simulate_batch": (
         qddot.simulate_batch,
         {"model": CAR, **QUICK, "runs": 1},
-        ["model", "span", "method", "parameters", "initial", "inputs", "samples", "names", "threads", *STEPPING],
+        ["model", "span", "method", "parameters", "initial", "inputs", "output_times", "names", "threads", *STEPPING],
     ),
     "equilibrium": (qddot.equilibrium, {"model": CAR}, ["model", "parameters", "inputs", "t0", "guess"]),
     "modes": (qddot.modes, {"model": CAR}, ["model", "parameters", "state", "inputs", "t0"]),

@@ -15,6 +15,7 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from batches import STUDY, assert_equal, values, written
+
 from qddot.runner import compiling
 from qddot.runner.batch import command
 from qddot.runner.batch.export import export

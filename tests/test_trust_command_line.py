@@ -6,6 +6,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+
+import qddot as front
 from qddot.codegen.compare.command import run as compare
 from qddot.codegen.compare.tree import CompareError
 from qddot.codegen.slips import explained
@@ -18,8 +20,6 @@ from qddot.runner.paper.claims import read as read_claims
 from qddot.runner.report.tables import statistics
 from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.run import study_model
-
-import qddot as front
 from qddot.words import be, counted, nearest
 
 ROOT = Path(__file__).parent.parent

@@ -9,6 +9,7 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from qddot.codegen.compare.command import run
 from qddot.codegen.compare.difference import compare
 from qddot.codegen.compare.sheet import read

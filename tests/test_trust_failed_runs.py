@@ -6,6 +6,9 @@ import sys
 import numpy as np
 import pytest
 import xarray
+from sympy import Rational, Symbol, cos, sign, sin, symbols
+
+import qddot
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 from qddot.runner.batch.results import Results
 from qddot.runner.jumps import jump
@@ -13,9 +16,6 @@ from qddot.runner.metrics.measure import Request, measure
 from qddot.runner.problem import Status
 from qddot.runner.report.batch_tables import valueless
 from qddot.runner.tables import Quantity
-from sympy import Rational, Symbol, cos, sign, sin, symbols
-
-import qddot
 
 x, xdot, v, f = symbols("x xdot v F")
 theta, thetadot, phi, phidot = symbols("theta thetadot phi phidot")
@@ -179,7 +179,7 @@ def test_a_jump_is_found_with_the_state_that_passes_it(distance):
 
 def test_one_run_without_a_static_state_fails_alone(models):
     batch = qddot.simulate_batch(
-        models["runaway"], (0, 0.1), step=1e-2, parameters={"k": [4.0, 0.0, 9.0]}, samples=3, threads=1
+        models["runaway"], (0, 0.1), step=1e-2, parameters={"k": [4.0, 0.0, 9.0]}, output_times=3, threads=1
     )
     assert batch.status.tolist() == [Status.FINISHED, Status.NOT_STARTED, Status.FINISHED]
     assert "nothing holds x" in batch.not_started[1]

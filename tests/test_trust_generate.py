@@ -12,13 +12,14 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sympy import Float, Integer, Rational, exp, lambdify, log, symbols
+
 from qddot.codegen.generate import artefacts, generate
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
 from qddot.codegen.rules import collect
 from qddot.codegen.wall import check_module
 from qddot.model.system import Coordinate, ModelError, Parameter, System
-from sympy import Float, Integer, Rational, exp, lambdify, log, symbols
 
 ROOT = Path(__file__).parent.parent
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import njit, types
-from qddot.model.system import Coordinate, Output, Parameter, System
-from qddot.runner import abi
 from scipy.integrate import solve_ivp
 from sympy import Abs, Rational, Symbol, cos, sin, sqrt, symbols
 
 import qddot
+from qddot.model.system import Coordinate, Output, Parameter, System
+from qddot.runner import abi
 
 SAMPLE = Path("tests/sample_models/oscillator.py")
 x, xdot, y, ydot, r, rdot = symbols("x xdot y ydot r rdot")

@@ -9,11 +9,6 @@ import pytest
 import sympy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from qddot.codegen.generate import artefacts
-from qddot.codegen.lagrange import derive
-from qddot.codegen.lower import lower
-from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System, t
-from qddot.model.vocabulary import SMOOTH
 from sympy import (
     Abs,
     Derivative,
@@ -61,6 +56,12 @@ from sympy import (
     zoo,
 )  # fmt: skip
 from sympy.core.function import Application
+
+from qddot.codegen.generate import artefacts
+from qddot.codegen.lagrange import derive
+from qddot.codegen.lower import lower
+from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System, t
+from qddot.model.vocabulary import SMOOTH
 
 x, y, xdot, ydot, xddot, m, k, d, s, sdot = symbols("x y xdot ydot xddot m k d s sdot")
 DEFAULTS = {m: 2.0, k: 3.0, d: 0.5}

@@ -8,6 +8,8 @@ import pytest
 from derived import generated_module
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sympy import Rational, Symbol, symbols
+
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.generate import artefacts
 from qddot.codegen.lagrange import derive
@@ -17,7 +19,6 @@ from qddot.model.naming import LONGEST
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, System
 from qddot.runner.batch.wanted import check_outputs
 from qddot.runner.load import load
-from sympy import Rational, Symbol, symbols
 
 x, xdot, m, k = symbols("x xdot m k")
 half = Rational(1, 2)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from qddot.runner.load import LoadError, load
-from qddot.runner.problem import Status
 
 import qddot
+from qddot.runner.load import LoadError, load
+from qddot.runner.problem import Status
 
 ROOT = Path(__file__).parents[1]
 CAR = qddot.load("quarter_car")
@@ -139,7 +139,7 @@ def test_signals_events_and_batches_survive(again):
     solution = qddot.simulate(CAR, (0, 1), events=[event], **options)
     assert solution.status is Status.TERMINATED
     np.testing.assert_array_equal(again(solution).events.t, solution.events.t)
-    batch = qddot.simulate_batch(CAR, (0, 0.1), runs=2, samples=3, **options)
+    batch = qddot.simulate_batch(CAR, (0, 0.1), runs=2, output_times=3, **options)
     found = again(batch)
     np.testing.assert_array_equal(found.samples, batch.samples)
     assert found.success.all()

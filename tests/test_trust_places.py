@@ -10,13 +10,14 @@ import netCDF4
 import numpy as np
 import pytest
 from permissions import ROOT, plainly
+from study_files import write
+
 from qddot.runner import places
 from qddot.runner.compiled import _Cache
 from qddot.runner.files import named, ready, written_aside
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
-from study_files import write
 
 #: Where code is kept whose own folder cannot be written.
 FOLDER = """

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numba import njit
+
+import qddot
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.bind import bind, check_continuous
 from qddot.runner.inputs.instants import RESOLVED, ROUNDING, apart, between, side_of
 from qddot.runner.inputs.signal import START, jumps, values_at
 from qddot.runner.load import load
-
-import qddot
 
 DAY, EPOCH = 86_400.0, 1.7e9
 SHAPES = ("half_sine", "triangle", "trapezoid", "exponential")

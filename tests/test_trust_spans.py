@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numba import njit
-from qddot.runner.problem import Status
 from scipy.integrate import solve_ivp
 
 import qddot
+from qddot.runner.problem import Status
 
 CAR = qddot.load("quarter_car")
 ROAD = qddot.signal.table(np.linspace(0, 2, 9), [0, 0.01, -0.01, 0.02, 0, 0, 0.01, -0.02, 0], kind="linear")

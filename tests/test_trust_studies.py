@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from study_files import assert_refused, slip, write
+from test_studies import GOOD
+
 from qddot.runner.batch.job import read_job
 from qddot.runner.identify.problem import read as read_identification
 from qddot.runner.study.overrides import parsed
 from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.run import run_study
 from qddot.runner.study.schema import Study
-from study_files import assert_refused, slip, write
-from test_studies import GOOD
 
 PENDULUM = """\
 model = "pendulum"

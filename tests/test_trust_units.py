@@ -11,6 +11,9 @@ import pint
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from sympy import Symbol
+from test_walls import ROOT
+
 from qddot.model.system import Coordinate, Input, ModelError, Parameter, System
 from qddot.runner.inputs.csv_table import table_from_csv
 from qddot.runner.study.batch_schema import SweepTable
@@ -20,8 +23,6 @@ from qddot.units.amounts import amount_in, number_and_unit
 from qddot.units.names import _BASE_NAMES
 from qddot.units.table import PREFIXED, PREFIXES, TABLE, TEMPERATURES
 from qddot.units.worth import to_base, unit_of
-from sympy import Symbol
-from test_walls import ROOT
 
 SLIPS = {
     "12,5 N": 'write "12.5 N"',

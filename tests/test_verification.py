@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from qddot.runner.paper.figures import draw_errors, draw_schemes
 from qddot.runner.paper.verification import REPORTED, verify
 

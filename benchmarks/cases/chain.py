@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from qddot.runner.load import Model
 from scipy.linalg import expm
 
 import qddot
 from benchmarks.cases.case import Case, Floats
+from qddot.runner.load import Model
 
 STIFFNESS, DAMPING, AMPLITUDE, FREQUENCY = 1000.0, 1.0, 0.05, 1.0
 OMEGA = 2 * np.pi * FREQUENCY

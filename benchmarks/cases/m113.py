@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import sympy
 from numba import njit
-from qddot.model.m113 import system
-from qddot.runner.load import Model
 
 import qddot
 from benchmarks.cases.case import Case, Floats
 from benchmarks.cases.reference import by_scipy
+from qddot.model.m113 import system
+from qddot.runner.load import Model
 
 DURATION, IMPULSE, WAVELENGTH, AMPLITUDE = 0.1, 605.0, 3.0, 0.05
 PEAK = IMPULSE * np.pi / (2 * DURATION)
@@ -33,7 +33,7 @@ def drives(model: Model, runs: int, end: float = 2.0) -> Case:
     speeds, shots, masses = rng.uniform(3, 8, runs), rng.uniform(0.1, 1.5, runs), rng.uniform(9e3, 12e3, runs)
     p = np.tile(model.parameter_values(PARAMETERS), (runs, 1))
     p[:, _parameter(model, "m_6")] = masses
-    rest = qddot.simulate_batch(model, (0, 1e-3), step=1e-3, parameters=p, samples=[0.0])
+    rest = qddot.simulate_batch(model, (0, 1e-3), step=1e-3, parameters=p, output_times=[0.0])
     return _case(model, AMPLITUDE, end, rest.samples[:, 0], p, np.column_stack([speeds, shots, 1 / masses]))
 
 

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from qddot.runner.load import Model
 
 from benchmarks.cases.case import Case, Floats
 from benchmarks.cases.reference import by_scipy
+from qddot.runner.load import Model
 
 GRAVITY = 9.81
 

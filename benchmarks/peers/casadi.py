@@ -7,9 +7,9 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from qddot.model.system import System, t
 
 from benchmarks.cases.case import Case, Floats, Run, accelerations, in_parts
+from qddot.model.system import System, t
 
 
 def one(case: Case) -> Callable[[float], Run]:

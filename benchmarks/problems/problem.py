@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.inputs.signal import stack
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options

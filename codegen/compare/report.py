@@ -12,7 +12,6 @@ from qddot.codegen.equations.layout import joined, lines
 from qddot.codegen.equations.phrases import Formula
 from qddot.codegen.equations.typesetter import Typesetter
 from qddot.codegen.equations.unicode_script import UnicodeScript, wrapped
-
 from qddot.words import be, counted
 
 _DISPLAY = 38.0

@@ -19,7 +19,6 @@ from pathlib import Path
 
 from qddot.codegen.compare.grammar import FUNCTIONS, parse
 from qddot.codegen.compare.tree import CompareError, Node, symbols
-
 from qddot.words import nearest
 
 _NAME = r"[A-Za-z][A-Za-z0-9_]*"

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.compare.difference import Comparison
 from qddot.codegen.compare.edits import Change
 from qddot.codegen.compare.phrasing import formula, term

@@ -13,6 +13,7 @@ from typing import Any
 
 import mpmath
 import symengine as se
+
 from qddot.codegen.convert import MATH_NAMES
 from qddot.codegen.rewrite import is_number
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term

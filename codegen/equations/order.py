@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import symengine as se
+
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.rewrite import is_number, split_number
 

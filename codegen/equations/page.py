@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from latex2mathml.converter import convert
 from markupsafe import Markup, escape
+
 from qddot.codegen.environment import environment
 from qddot.codegen.equations.latex_script import LatexScript, decimal
 from qddot.codegen.equations.layout import Box, beside, fitting, joined

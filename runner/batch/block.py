@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.batch.engine import run_block
 from qddot.runner.batch.job import Job
 from qddot.runner.batch.prepared import Run

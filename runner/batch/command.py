@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.console import Console
+
 from qddot.runner.batch.export import export
 from qddot.runner.batch.job import Job, read_job
 from qddot.runner.batch.results import Results
@@ -20,7 +22,6 @@ from qddot.runner.report.batch_tables import (
     wide_console,
 )
 from qddot.runner.study.overrides import parsed
-from rich.console import Console
 
 
 def batch(

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.batch.lanes_block import in_lanes, kind
 from qddot.runner.batch.prepared import Run
 from qddot.runner.batch.sampling import Sampling
@@ -84,7 +85,9 @@ def _integrate_together(
         result.refusals.update(dict.fromkeys(rows, str(error)))
         return
     result.status[rows], result.final_states[rows] = batch.status, batch.final
-    result.failed_at[rows], result.failed_state[rows] = batch.failed_at, batch.failed_state
+    places = {name: place for place, name in enumerate(observer.model.state_names)}
+    result.failed_at[rows] = batch.failed_at
+    result.failed_state[rows] = [places.get(name, -1) for name in batch.failed_state.tolist()]
     result.steps[rows], result.evaluations[rows] = batch.steps, batch.evaluations
     if observer.sees_states_and_outputs:
         result.samples[rows] = batch.samples

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from qddot.runner.batch.results import Results
 from qddot.runner.files import written_aside
 

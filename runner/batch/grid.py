@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from qddot.runner.batch.engine import NOT_RUN
 from qddot.runner.batch.results import Results
 
@@ -17,6 +18,7 @@ def open_batch(path: str | Path) -> Any:
     `open_batch(path)["hull"].sel(delay=1.85, method="nearest")`. Axes that advance together (zip, samples) share the
     dimension of the first of them. The values are loaded. A batch that is not finished has the attribute `partial`,
     which says how far it is, and nothing of the runs that are missing: their status is -1, their numbers are NaN.
+    `failed_state` is a name, as on a solution.
     Raises StoreError where there is no store.
     """
     data = _whole_blocks(Results(Path(path)))
@@ -48,4 +50,6 @@ def _whole_blocks(results: Results) -> Any:
             if each.dims[:1] == ("run",) and name not in results.axes:
                 real = np.issubdtype(each.dtype, np.floating)
                 each.values[missing] = np.nan if real else _MISSING.get(str(name), 0)
-    return data
+    left = np.array([*data["state"].to_numpy(), ""])[data["failed_state"].to_numpy()]
+    said = {"long_name": "state that left first, or empty"}
+    return data.assign(failed_state=("run", left, said))

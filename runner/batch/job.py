@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.batch.prepared import Run
 from qddot.runner.batch.sampling import Sampling, sampling_of
 from qddot.runner.batch.wanted import check_outputs, request_of

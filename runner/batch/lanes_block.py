@@ -4,6 +4,7 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
+
 from qddot.runner.batch.prepared import Run
 from qddot.runner.batch.sampling import Sampling
 from qddot.runner.lanes.batch import IN_LANES, Batch, simulate_batch
@@ -38,7 +39,7 @@ def in_lanes(model: Model, runs: Sequence[Run], sampling: Sampling, names: Seque
         parameters=np.array([list(run.simulation.subject.parameters.values()) for run in runs]),
         initial=np.array([run.simulation.problem.initial_state for run in runs]),
         inputs=[run.signals for run in runs],
-        samples=sampling.count,
+        output_times=sampling.count,
         names=names,
         threads=1,
         atol=options.atol,

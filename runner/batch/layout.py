@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.batch.engine import NOT_RUN, REFUSED
 from qddot.runner.batch.job import Job
 from qddot.runner.problem import Status

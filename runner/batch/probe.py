@@ -1,6 +1,7 @@
 """Trying the ends of a sweep before it starts."""
 
 import numpy as np
+
 from qddot.runner.batch.job import Job
 from qddot.runner.batch.prepared import Run
 from qddot.runner.study.read import StudyError

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.methods import find_method
 
 #: Samples of a run where nobody says how many, about; and the most.

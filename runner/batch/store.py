@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import zarr
 from numpy.typing import NDArray
+
 from qddot.runner.batch.block import Block
 from qddot.runner.batch.job import Job
 from qddot.runner.batch.layout import Variable, attributes, variables

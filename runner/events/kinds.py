@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.checks import direction, flag, shown
 from qddot.runner.events.search import FUNCTION, OUTPUT, STATE, WATCH

@@ -1,6 +1,7 @@
 """The compiled half of `events`: has a value crossed zero in a step, and where on the dense output did it."""
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import constants, input_values, look_up
 from qddot.runner.explicit.step import interpolate

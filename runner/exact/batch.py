@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.exact.runs import RUNS, propagate_runs

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.exact.ladder import ROW, THETA_16, M, driving_block, place
 from qddot.runner.exact.space import POWERS

@@ -13,6 +13,7 @@ most, are computed once for a run. All matrices have room for n + q_max rows, so
 import math
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import BLOCK, LEAN, floats
 from qddot.runner.sums import weighted_sum

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.compiling import working_time

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.exact.ladder import LEVELS, Y
 from qddot.runner.inputs.signal import AMPLITUDE, InputTable
 from qddot.runner.memory import BLOCK, layout

@@ -4,6 +4,7 @@ With x(t + h r) = sum of y_k r^k and the forcing h f = sum of phi_k r^k, y_(k+1)
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.exact.forcing import highest_frequency
 from qddot.runner.exact.ladder import ROW

@@ -5,6 +5,7 @@ limits from the right, and the step size is the smaller of what was proposed bef
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.events.search import NONE, locate, watch_start, watch_step
 from qddot.runner.explicit.adaptive_course import ensure_dense, record_all, save, save_within

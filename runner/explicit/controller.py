@@ -10,6 +10,7 @@ An error is scaled so that a step is good where it does not exceed 1.
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import look_up, slope
 from qddot.runner.explicit.workspace import ATOL, ERROR, K0, NEW, RTOL, SCALED, STAGE, Y, block, copy, states

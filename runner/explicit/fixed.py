@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 from qddot.runner.compiling import working_time
 from qddot.runner.explicit.march import MARCH, advance, steps_of

@@ -5,6 +5,7 @@ output time is split there; the last step lands on t1.
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import look_up, settle, slope
 from qddot.runner.explicit.step import evaluate_stages

@@ -14,6 +14,7 @@ from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import LEAN, intrinsic

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import look_up, slope, slope_by_arrays
 from qddot.runner.explicit.stage import call_stage

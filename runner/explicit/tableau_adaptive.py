@@ -8,6 +8,7 @@ from fractions import Fraction as Q
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.explicit.tableau import ButcherTableau
 
 

@@ -7,6 +7,7 @@ section II.5 and appendix, as in the code DOP853 of its authors. Stages are coun
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
+
 from qddot.runner.explicit.tableau import ButcherTableau
 from qddot.runner.explicit.tableau_adaptive import EmbeddedPair, sparse
 

@@ -8,6 +8,7 @@ Verner's own table, and with it the conditions of order 6 hold. Stages are count
 """
 
 import numpy as np
+
 from qddot.runner.explicit.tableau import ButcherTableau
 from qddot.runner.explicit.tableau_adaptive import EmbeddedPair, sparse
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.stage import stage_pointer

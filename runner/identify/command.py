@@ -5,13 +5,14 @@ from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 
+from rich.console import Console
+
 from qddot.runner.identify.fit import fit
 from qddot.runner.identify.judge import judge
 from qddot.runner.identify.problem import read
 from qddot.runner.identify.store import estimates, save
 from qddot.runner.identify.tables import estimates_table, observations_table, quality
 from qddot.runner.report.progress import late_bar
-from rich.console import Console
 
 
 def identify(path: Path, into: Path, as_json: bool) -> int:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
 from qddot.runner.files import written_aside
 from qddot.runner.identify.fit import Fit
 from qddot.runner.identify.problem import Case, Problem

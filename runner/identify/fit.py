@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from qddot.runner.identify.problem import Problem
-from qddot.runner.simulate import IntegrationError
 from scipy.optimize import least_squares
 from scipy.stats import qmc
+
+from qddot.runner.identify.problem import Problem
+from qddot.runner.simulate import IntegrationError
 
 Vector = NDArray[np.float64]
 Flags = NDArray[np.bool_]

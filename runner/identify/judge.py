@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from qddot.runner.identify.fit import Fit
-from qddot.runner.identify.problem import Problem
 from scipy.stats import chi2
 
+from qddot.runner.identify.fit import Fit
+from qddot.runner.identify.problem import Problem
 from qddot.words import counted
 
 Vector = NDArray[np.float64]

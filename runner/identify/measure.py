@@ -2,10 +2,11 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
 from qddot.runner.checks import unknown
 from qddot.runner.identify.schema import Observation
 from qddot.runner.solution import Solution
-from scipy.interpolate import CubicSpline
 
 Vector = NDArray[np.float64]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
+
 from qddot.runner.checks import unknown
 from qddot.runner.files import named_code
 from qddot.runner.identify.measure import measured

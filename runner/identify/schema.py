@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
+
 from qddot.runner.study.base import Real, Table, Whole
 
 #: What is taken of a quantity within the window of an observation.

@@ -1,13 +1,13 @@
 """What `qddot identify` prints."""
 
 import numpy as np
+from rich.table import Table
+
 from qddot.runner.identify.fit import Fit
 from qddot.runner.identify.judge import Judgement
 from qddot.runner.identify.problem import Problem
 from qddot.runner.identify.store import Estimate
 from qddot.runner.report.tables import plain_table
-from rich.table import Table
-
 from qddot.words import counted
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+
 from qddot.runner.checks import finite, shown, unknown
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.shapes import constant

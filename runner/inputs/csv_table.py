@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import finite, unknown
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.inputs.tables import resampled, table_at

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import finite, shown, unknown
 from qddot.runner.inputs.instants import ROUNDING, apart
 from qddot.runner.inputs.shapes import hermite

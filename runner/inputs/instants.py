@@ -7,6 +7,7 @@ nanosecond, an epoch after zero as at zero.
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import LEAN
 

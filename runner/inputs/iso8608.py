@@ -6,6 +6,7 @@ Vibration 25 (1972) 111): the PSD of a road is that of its class exactly, not on
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import finite, unknown, whole
 from qddot.runner.inputs.shapes import hermite
 from qddot.runner.inputs.signal import C0, START, Signal

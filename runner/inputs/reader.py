@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.sine import FAR, sine
 from qddot.runner.memory import LEAN, VIEW, first_item, floats

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.checks import finite, row, shown, whole
 from qddot.runner.inputs.pulses import Pulse, start_times, train
 from qddot.runner.inputs.signal import START, Signal

@@ -4,6 +4,7 @@ Before and behind what they describe they are level. `drive` brings them under t
 """
 
 import numpy as np
+
 from qddot.runner.checks import finite
 from qddot.runner.inputs.instants import check_resolved
 from qddot.runner.inputs.shapes import sine

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.checks import finite
 from qddot.runner.inputs.instants import RESOLVED
 from qddot.runner.inputs.signal import C0, START, Signal

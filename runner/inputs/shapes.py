@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from qddot.runner.checks import finite, unknown
 from qddot.runner.inputs.pulses import Pulse, Vector, sized, start_times, train
 from qddot.runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal

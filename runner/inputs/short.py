@@ -7,6 +7,7 @@ their kinks anyway.
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.inputs.instants import ROUNDING
 from qddot.runner.inputs.signal import AMPLITUDE, C2, C3, START, InputTable
 

@@ -5,6 +5,7 @@ polynomials of fdlibm (k_sin.c, k_cos.c), without a branch: within two units in 
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import LEAN
 

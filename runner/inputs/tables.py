@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.checks import numbers, unknown
 from qddot.runner.inputs.signal import C0, C1, START, Signal
 

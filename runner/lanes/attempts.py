@@ -1,6 +1,7 @@
 """What a lane of an adaptive method is given and leaves: its next stop and run, its results, sizes of its states."""
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import MATLAB
 from qddot.runner.inputs.instants import rounding

@@ -1,15 +1,18 @@
 """Many runs of one model by one call."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
 from qddot.runner.checks import positive, shown, unknown, whole
 from qddot.runner.compiling import working_time
 from qddot.runner.exact.batch import propagate_batch
+from qddot.runner.keywords import BatchKeywords
 from qddot.runner.lanes.kernel import lane_rhs
+from qddot.runner.lanes.result import Batch
 from qddot.runner.lanes.scalar import run_one_by_one
 from qddot.runner.lanes.task import Task, make_task
 from qddot.runner.lanes.threads import run_in_lanes
@@ -17,41 +20,6 @@ from qddot.runner.load import Model, as_model
 from qddot.runner.methods import Method, find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Status
-
-Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Batch:
-    """What a batch of runs gives; row r of every array is that of run r.
-
-    final (runs, n_states): the state at the end of the span, or the last good one of a run that failed. samples
-    (runs, n_samples, n_names) at sample_times (runs, n_samples), NaN where a run did not get there; names: what stands
-    in them. status (runs,): of `Status`, as integers. failed_at (runs,): time, NaN where nothing failed; failed_state:
-    index of the state that left first, or -1. steps, failed_attempts, evaluations (runs,). wall_time in s,
-    without compiling. not_started: why a run has no static state to start from, by its number.
-    in_lanes: whether the runs went in SIMD lanes; otherwise `reason` says why each went alone.
-    """
-
-    final: Floats
-    samples: Floats
-    sample_times: Floats
-    names: tuple[str, ...]
-    status: NDArray[np.int64]
-    failed_at: Floats
-    failed_state: NDArray[np.int64]
-    steps: NDArray[np.int64]
-    failed_attempts: NDArray[np.int64]
-    evaluations: NDArray[np.int64]
-    wall_time: float
-    in_lanes: bool
-    reason: str = ""
-    not_started: Mapping[int, str] = field(default_factory=dict)
-
-    @property
-    def success(self) -> NDArray[np.bool_]:
-        """Which runs reached the end of their span, (runs,)."""
-        return self.status == int(Status.FINISHED)
 
 
 def simulate_batch(
@@ -63,12 +31,13 @@ def simulate_batch(
     parameters: Any = None,
     initial: Mapping[str, ArrayLike] | ArrayLike | None = None,
     inputs: Any = None,
+    output_times: int | ArrayLike | None = None,
     samples: int | ArrayLike | None = None,
     names: Sequence[str] | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     time_limit: float | None = None,
-    **options: Any,
+    **options: Unpack[BatchKeywords],
 ) -> Batch:
     """Integrate many runs of a model, eight at once in SIMD lanes on each thread.
 
@@ -76,10 +45,10 @@ def simulate_batch(
     span: (t0, t1) in s, each a number or (runs,). parameters: as in `simulate`, each value a number or (runs,); or
     (runs, n_parameters). initial: by name or as an array (n_states,) or (runs, n_states); None starts each run from its
     static equilibrium. inputs: name -> a signal or number for all runs, `per_run(signal, rate, offset)`, or one signal
-    or number for each; or a mapping name -> signal or number for each run. samples: number of evenly spaced times from
-    t0 to t1 of each run, or times (n,) for all, at which `names` (states and outputs; all states by default) are
-    stored: methods of constant step land there, the others interpolate. threads: as many as there are cores by default.
-    options: those of `Options` that have to do with steps and tolerances. runs: where nothing else tells the number.
+    or number for each; or a mapping name -> signal or number for each run. output_times: times (n,) for all runs, or
+    how many evenly spaced ones from t0 to t1 of each, at which `names` (states and outputs; all states by default) are
+    stored: methods of constant step land there, the others interpolate. samples: its old name. threads: as many as
+    there are cores by default. options: those of `BatchKeywords`. runs: where nothing else tells the number.
     A run that fails, or that has no static state to start from, fails alone; its status, time and state or its reason
     are in the result. Raises ValueError for anything given wrongly, EquilibriumError where no run has a static state.
     """
@@ -87,7 +56,8 @@ def simulate_batch(
     chosen, model = find_method(method), as_model(model)
     if threads is not None:
         whole("threads", threads)
-    task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, samples, names)
+    times = _output_times(output_times, samples)
+    task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, times, names)
     if time_limit is not None:
         positive("time_limit", time_limit)
     if not (progress is None or callable(progress)):
@@ -96,8 +66,9 @@ def simulate_batch(
     _withdraw(task)
     return Batch(
         **{name: task.arrays[name] for name in _RESULTS},
-        sample_times=task.arrays["times"],
-        names=task.names,
+        failed_state=np.array([*model.state_names, ""])[task.arrays["failed_state"]],
+        output_times=task.arrays["times"],
+        quantities=task.quantities,
         wall_time=working_time() - started,
         in_lanes=not reason,
         reason=reason,
@@ -114,7 +85,7 @@ def _withdraw(task: Task) -> None:
         task.arrays[name][rows] = 0
 
 
-_RESULTS = ("final", "samples", "status", "failed_at", "failed_state", "steps", "failed_attempts", "evaluations")
+_RESULTS = ("final", "samples", "status", "failed_at", "steps", "failed_attempts", "evaluations")
 
 
 def _compute(
@@ -148,11 +119,17 @@ def _reason(model: Model, method: Method, kernel: Any) -> str:
     return "" if kernel is not None else f"model {model.name} has no lane kernel: it calls a function without vectors"
 
 
-_OPTIONS = ("step", "rtol", "atol", "max_step", "first_step", "max_steps", "divergence_limit")
+def _output_times(output_times: Any, samples: Any) -> Any:
+    if samples is None:
+        return output_times
+    warnings.warn("samples= is output_times= now; the old name goes with version 0.3", DeprecationWarning, 3)
+    if output_times is not None:
+        raise ValueError("output_times and samples are both given, and mean the same; give output_times")
+    return samples
 
 
 def _options(given: Mapping[str, Any]) -> Options:
     for name in given:
-        if name not in _OPTIONS:
-            raise ValueError(unknown("option", name, _OPTIONS))
+        if name not in BatchKeywords.__annotations__:
+            raise ValueError(unknown("option", name, BatchKeywords.__annotations__))
     return Options(**given)

@@ -4,6 +4,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.memory import intrinsic
 from qddot.runner.pointers import caller

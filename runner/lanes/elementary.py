@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from numba import njit, types
+
 from qddot.runner.compiled import ARITHMETIC
 from qddot.runner.memory import intrinsic
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.lanes.calls import call_lanes, doubles

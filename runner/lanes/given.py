@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner import checks
 from qddot.runner.checks import shown, unknown, whole
 from qddot.runner.lanes.signals import count_runs
@@ -96,17 +97,17 @@ def check_spans(t0: Floats, t1: Floats, method: Method, options: Options) -> Non
             raise ValueError(f"step is {options.step}, too small to advance the time to {largest}")
 
 
-def sample_rows(samples: Any, t0: Floats, t1: Floats) -> Floats:
-    """Times (runs, n_samples)."""
-    if samples is None:
+def output_rows(given: Any, t0: Floats, t1: Floats) -> Floats:
+    """Output times (runs, n_times)."""
+    if given is None:
         return np.zeros((len(t0), 0))
-    if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
-        if not 2 <= samples <= MOST_SAMPLES:
-            raise ValueError(f"samples is {shown(samples)}, expected 2 to {MOST_SAMPLES}, or rising times")
-        return np.ascontiguousarray(np.linspace(t0, t1, int(samples), axis=1))
-    times = checks.numbers("samples", samples, "how many, or a row of finite, rising times")
+    if isinstance(given, int | np.integer) and not isinstance(given, bool):
+        if not 2 <= given <= MOST_SAMPLES:
+            raise ValueError(f"output_times is {shown(given)}, expected 2 to {MOST_SAMPLES}, or rising times")
+        return np.ascontiguousarray(np.linspace(t0, t1, int(given), axis=1))
+    times = checks.numbers("output_times", given, "how many, or a row of finite, rising times")
     if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise ValueError(f"samples is {shown(samples)}, expected how many, or a row of finite, rising times")
+        raise ValueError(f"output_times is {shown(given)}, expected how many, or a row of finite, rising times")
     return np.tile(times, (len(t0), 1))
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.inputs.signal import AMPLITUDE, C1, C3, START, jumps
 from qddot.runner.lanes.tables import EVEN, GUIDED, PIECE
 

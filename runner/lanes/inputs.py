@@ -3,6 +3,7 @@
 from typing import Any
 
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import INSET

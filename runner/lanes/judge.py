@@ -3,6 +3,7 @@
 import math
 
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
 from qddot.runner.lanes.elementary import exp, log

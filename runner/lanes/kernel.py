@@ -18,6 +18,7 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.errors import NumbaError
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.lanes.elementary import FORMS, elementary

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numba import types
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.march import steps_of
 from qddot.runner.inputs.instants import ROUNDING, rounding

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numba import typeof
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.workspace import MOST_STAGES

@@ -1,6 +1,7 @@
 """The present piece of each lane and channel: exchanged, lane by lane, when time leaves it."""
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.reader import holds_from, holds_to, piece_at
 from qddot.runner.inputs.sine import FAR

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numba import typeof, types
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import (
     CONTROL,

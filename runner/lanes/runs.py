@@ -1,6 +1,7 @@
 """Runs in and out of lanes: a free lane takes the next run of the batch, a finished one leaves its results there."""
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.lanes.calls import take_next

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from qddot.runner.compiling import working_time
 from qddot.runner.lanes.starts import table_of
 from qddot.runner.problem import Problem, Status, Trajectory

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numba import types
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.lanes.attempts import begin, finish, scaled

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from qddot.runner.checks import numbers, row, shown, unknown
 from qddot.runner.inputs.bind import as_signal, check_continuous, check_told_apart
 from qddot.runner.inputs.instants import INSET

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest

@@ -9,6 +9,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.lanes.calls import INTEGERS, doubles, numbers

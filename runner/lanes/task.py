@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.lanes.given import (
     agreed_count,
     check_spans,
     initial_rows,
     numbers,
+    output_rows,
     pair,
     parameter_rows,
-    sample_rows,
     wanted_columns,
 )
 from qddot.runner.lanes.pack import BATCH
@@ -25,6 +26,7 @@ from qddot.runner.memory import address, record
 from qddot.runner.methods import Method
 from qddot.runner.options import Options
 from qddot.runner.pointers import pointer
+from qddot.runner.tables import Quantity
 
 Floats = NDArray[np.float64]
 
@@ -46,9 +48,9 @@ class Task:
     not_started: Mapping[int, str]
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def quantities(self) -> tuple[Quantity, ...]:
         """What stands in the samples."""
-        known = [*self.model.state_names, *(output.name for output in self.model.tables.outputs)]
+        known = (*self.model.tables.states, *self.model.tables.outputs)
         return tuple(known[i] for i in self.arrays["columns"])
 
     def record(self, lanes_kernel: Any, functions: Mapping[str, int]) -> np.void:
@@ -98,7 +100,7 @@ def make_task(
     parameters: Any,
     initial: Any,
     inputs: Any,
-    samples: Any,
+    output_times: Any,
     names: Sequence[str] | None,
 ) -> Task:
     """Everything checked, broadcast to all runs and laid out."""
@@ -116,7 +118,7 @@ def make_task(
         start, reasons = equilibria(model, constants, table, t0)
     else:
         start, reasons = np.broadcast_to(x0, (count, n)).copy(), dict[int, str]()
-    times, columns = sample_rows(samples, t0, t1), wanted_columns(model, names)
+    times, columns = output_rows(output_times, t0, t1), wanted_columns(model, names)
     whole = {"status": 0, "failed_state": -1, "steps": 0, "failed_attempts": 0, "evaluations": 0}
     arrays: dict[str, NDArray[Any]] = {
         "t0": t0,

@@ -5,6 +5,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils
+
 from qddot.runner import abi
 
 #: Bytes of a row of lanes.

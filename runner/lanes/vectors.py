@@ -14,6 +14,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numpy.typing import NDArray
+
 from qddot.runner import abi
 from qddot.runner.lanes.values import ROW, Value, load, over_states, splat, store, zeros
 from qddot.runner.memory import intrinsic

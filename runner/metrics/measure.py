@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import unknown
 from qddot.runner.metrics.table import METRICS, compiled_metric
 from qddot.runner.metrics.weighting import TOLERANCE, digital, error, slowest

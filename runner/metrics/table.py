@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 from numba import types
+
 from qddot.runner import abi
 from qddot.runner.compiled import compiled
 from qddot.runner.metrics import values, weighting

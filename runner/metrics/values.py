@@ -7,6 +7,7 @@ samples (trapezoidal rule), and so are the times at which a level is crossed.
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import LEAN
 

@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 
 #: The largest error of the gain, relative, that is let pass; ISO 8041 tolerates 12 % in instruments.

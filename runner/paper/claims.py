@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from pydantic import ValidationError
+
 from qddot.runner.checks import unknown
 from qddot.runner.files import named_code
 from qddot.runner.paper.schema import Claim, Paper, Verdict

@@ -4,6 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+from rich.table import Table
+
 from qddot.runner.files import written_aside
 from qddot.runner.paper.reproduce import Reproduction, reproduce
 from qddot.runner.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
@@ -11,8 +14,6 @@ from qddot.runner.paper.verification import Verification, verify
 from qddot.runner.report.pdf import BROWSERS, browser, print_page
 from qddot.runner.report.progress import late_bar
 from qddot.runner.report.tables import plain_table
-from rich.console import Console
-from rich.table import Table
 
 #: Settings and claims of the paper.
 PAPER = Path(__file__).parent.parent.parent / "studies" / "paper" / "paper.toml"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.methods import METHODS
 from qddot.runner.paper.schema import CostCase, CostSettings
 from qddot.runner.paper.studies import Case, Studies

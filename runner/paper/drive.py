@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.paper.schema import DriveSettings
 from qddot.runner.paper.studies import Case, Studies
 from qddot.runner.study.read import StudyError

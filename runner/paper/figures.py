@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
 from qddot.runner.files import written_aside
 from qddot.runner.paper.verification import Verification
 from qddot.runner.report.figures import COLOURS

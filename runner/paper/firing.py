@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
+
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.metrics.weighting import digital, vibration_dose
 from qddot.runner.paper.schema import FiringSettings
 from qddot.runner.paper.studies import Case, Studies
 from qddot.runner.solution import Solution
 from qddot.runner.study.read import StudyError, read
-from scipy.optimize import differential_evolution
 
 Vector = NDArray[np.float64]
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.paper.schema import PhaseSettings
 from qddot.runner.paper.studies import Studies
 from qddot.runner.study.read import StudyError

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.load import load
 from qddot.runner.modes import modes
 from qddot.runner.paper.claims import read

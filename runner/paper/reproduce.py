@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from qddot.runner.load import load
 from qddot.runner.modes import modes
 from qddot.runner.paper.claims import Judged, judge, read

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from qddot.runner.paper.studies import case
 
 #: Samples of the ride, s, and of the road, m.

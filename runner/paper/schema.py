@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
+
 from qddot.runner.identify.schema import Measure
 from qddot.runner.study.base import Real, Table, Whole
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from qddot.runner.paper.cost import Cost
 from qddot.runner.paper.drive import QUANTILES, Drive
 from qddot.runner.paper.figures import axes_of, saved

@@ -5,12 +5,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from rich.table import Table
+
 from qddot.runner.paper.claims import Judged
 from qddot.runner.paper.cost import Cost
 from qddot.runner.paper.drive import Drive
 from qddot.runner.paper.reproduce import Reproduction
 from qddot.runner.report.tables import plain_table
-from rich.table import Table
 
 _COLOURS = {"holds": "green", "rests on an assumption": "yellow", "differs": "red"}
 

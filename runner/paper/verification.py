@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.load import Model, load
 from qddot.runner.simulate import simulate
 from qddot.runner.solution import Solution

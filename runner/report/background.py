@@ -73,6 +73,7 @@ def _draw() -> None:
     from types import SimpleNamespace  # noqa: PLC0415 - of the drawing process alone
 
     import numpy as np  # noqa: PLC0415
+
     from qddot.runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     line = SimpleNamespace(values=np.zeros(2), unit="m", label="first")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
 from qddot.runner.batch.engine import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.checks import unknown

@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from qddot.runner.compiling import working_time
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from qddot.runner.compiling import working_time
 
 #: Seconds between two lines where there is no terminal.
 INTERVAL = 10.0

@@ -1,11 +1,12 @@
 """The summary of a batch for the terminal."""
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
+
 from qddot.runner.batch.engine import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.report.tables import plain_table
-from rich.console import Console
-from rich.table import Table
 
 
 def wide_console() -> Console:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import unknown
 from qddot.runner.report.tables import headlines
 from qddot.runner.solution import Solution

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.tables import Channel

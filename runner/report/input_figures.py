@@ -5,6 +5,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
 from qddot.runner.report.figures import COLOURS, dress, save
 from qddot.runner.report.input_curves import Sheet
 

@@ -5,9 +5,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from qddot.runner.compiling import when_compiling
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from qddot.runner.compiling import when_compiling
 
 #: Seconds after which a run earns a bar.
 _PATIENCE = 1.0

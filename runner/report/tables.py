@@ -3,13 +3,13 @@
 from typing import Literal
 
 import numpy as np
+from rich.table import Table
+
 from qddot.runner.load import Model
 from qddot.runner.methods import METHODS
 from qddot.runner.metrics.table import METRICS
 from qddot.runner.modes import Mode
 from qddot.runner.solution import Solution
-from rich.table import Table
-
 from qddot.words import counted
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.problem import Problem
 from qddot.runner.stiff.space import mass_matrix

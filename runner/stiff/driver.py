@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 from qddot.runner.compiling import working_time
 from qddot.runner.events.kinds import EventLog, names_of, watch_for

@@ -12,6 +12,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
 from qddot.runner.compiled import compiled
 
 #: Systems of more unknowns go to LAPACK, which overtakes the loops below at about this size (measured).

@@ -7,6 +7,7 @@ Reichelt, Kierzenka, SIAM Review 41 (1999) 538-552.
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import INLINE
 from qddot.runner.options import Options

@@ -8,6 +8,7 @@ from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.compiled import compiled
 from qddot.runner.memory import LEAN
 from qddot.runner.stiff.space import DEGREE, OWN, POLYNOMIAL

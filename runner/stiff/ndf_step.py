@@ -4,6 +4,7 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.memory import INLINE, LEAN

@@ -7,6 +7,7 @@ G. Steinebach, BIT Numer. Math. 63 (2023) 27; E. Hairer, G. Wanner, Solving Ordi
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import CONTROL as STEP_CONTROL
 from qddot.runner.explicit.controller import control_for

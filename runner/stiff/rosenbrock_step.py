@@ -4,6 +4,7 @@ The form of HW, equation IV.7.25; see `tableau_rosenbrock`.
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import MATLAB, after_failure, after_success
 from qddot.runner.inputs.instants import side_of

@@ -5,6 +5,7 @@ in a low derivative of it, makes what it knew of the past worthless.
 """
 
 import numpy as np
+
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import after
 from qddot.runner.memory import INLINE, LEAN, floats, layout

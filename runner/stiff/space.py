@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.abi import MATRIX_KERNEL, VECTOR_KERNEL
 from qddot.runner.compiled import compiled
 from qddot.runner.inputs.reader import reader_for

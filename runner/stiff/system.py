@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numba.extending import intrinsic
+
 from qddot.runner.abi import MATRIX_KERNEL
 from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import constants, input_table, input_values

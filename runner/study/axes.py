@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.study.base import Amount
 from qddot.runner.study.batch_schema import AxisTable
 from qddot.runner.study.units import magnitude

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
+
 from qddot.runner.checks import shown, unknown
 from qddot.runner.study.annotations import bare, expected, is_row, is_table, is_union, keys_of, kinds_of, literals
 from qddot.runner.study.places import place

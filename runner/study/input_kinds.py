@@ -3,6 +3,7 @@
 from typing import Annotated, Literal
 
 from pydantic import Field
+
 from qddot.runner.study.base import Amount, Real, Table, Whole
 
 

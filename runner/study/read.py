@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+
 from qddot.runner.checks import unknown
 from qddot.runner.study.explain import explained
 from qddot.runner.study.identified import with_identified

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import unknown
 from qddot.runner.inputs.csv_table import samples_from_csv, table_from_csv
 from qddot.runner.inputs.drive import Way, roads_at

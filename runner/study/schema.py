@@ -3,6 +3,7 @@
 from typing import Literal
 
 from pydantic import Field
+
 from qddot.runner.study.base import Amount, Real, Table, Whole
 from qddot.runner.study.batch_schema import MetricTable, OutputTable, SweepTable
 from qddot.runner.study.input_kinds import InputKind

@@ -3,6 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+from rich.table import Table
+
 from qddot.runner.inputs.iso8608 import SHORTEST, road_class
 from qddot.runner.inputs.signal import START, Signal
 from qddot.runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, points, spectrum
@@ -12,8 +15,6 @@ from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.road import random_road_roughness, road_positions, road_profile, road_reach, road_speed
 from qddot.runner.study.run import study_model, study_parameters
 from qddot.runner.study.signals import study_signals
-from rich.console import Console
-from rich.table import Table
 
 
 def show_inputs(path: Path, into: Path) -> int:

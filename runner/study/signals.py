@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from qddot.runner.checks import unknown
 from qddot.runner.inputs.csv_table import samples_from_csv
 from qddot.runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times

@@ -1,0 +1,40 @@
+"""The options of `Options` as keywords of the calls that take them, for editors and type checkers.
+
+A test holds them to the fields of `Options`.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any, TypedDict
+
+from numpy.typing import ArrayLike
+
+
+class StepKeywords(TypedDict, total=False):
+    """Options that have to do with steps and tolerances: those of one run and of many."""
+
+    rtol: ArrayLike
+    atol: ArrayLike
+    max_step: float | None
+    first_step: float | None
+    max_steps: int | None
+    divergence_limit: float
+
+
+class OptionKeywords(StepKeywords, total=False):
+    """Options of one run beside `step`, which stands by itself; see `Options`."""
+
+    output_times: ArrayLike | None
+    every: int | None
+    progress: Callable[[float], None] | None
+    time_limit: float | None
+    refine: int | None
+    events: Iterable[Any]
+    controller: str | None
+    max_order: int
+    bdf: bool
+
+
+class BatchKeywords(StepKeywords, total=False):
+    """Options of many runs by one call."""
+
+    step: float | None
