@@ -12,7 +12,7 @@ Symbols: x = [q, qdot] is the state, u the inputs (and the input rates a model n
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
     linear(c, A, B)                 A (n_states, n_states)  B (n_states, n_inputs + 1): dx = A x + B [u, 1]
 
-The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`explicit.stage`); as
+The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`machine.stage`); as
 LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
 (`lanes.kernel`). Kernels therefore read and write their arguments item by item.
 

@@ -18,9 +18,9 @@ from qddot.runner import abi
 from qddot.runner.events.kinds import Event, EventLog, OutputCrossing
 from qddot.runner.inputs.instants import ROUNDING
 from qddot.runner.inputs.signal import C0, PHASE, InputTable
+from qddot.runner.machine.pointers import EVENT_SIGNATURE, call_event, call_kernel, pointer
 from qddot.runner.methods import Method
 from qddot.runner.options import Options
-from qddot.runner.pointers import EVENT_SIGNATURE, call_event, call_kernel, pointer
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.system import call_matrix_kernel
 

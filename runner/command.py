@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.markup import escape
 
 from qddot.runner.checks import unknown
-from qddot.runner.compiling import compiled_for
 from qddot.runner.equilibrium import EquilibriumError, equilibrium
 from qddot.runner.files import named, ready
 from qddot.runner.load import Model, available, load
+from qddot.runner.machine.compiling import compiled_for
 from qddot.runner.modes import ModesError, modes
 from qddot.runner.report.background import Drawing
 from qddot.runner.report.curves import Curves, curves

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from qddot import generated
 from qddot.runner import abi
 from qddot.runner.checks import finite, finite_state, shown, unknown
-from qddot.runner.compiled import keeping_module
+from qddot.runner.machine.compiled import keeping_module
 from qddot.runner.tables import LoadError, Tables, read_tables
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.checks import unknown
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import InputTable, stack
 from qddot.runner.load import Model
-from qddot.runner.pointers import call_kernel, pointer
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.pointers import call_kernel, pointer
 from qddot.runner.tables import Quantity
 
 #: What the `energy` kernel writes, in its order.

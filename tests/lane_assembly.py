@@ -4,9 +4,9 @@ import llvmlite.binding
 import pytest
 from numba import njit
 
-from qddot.runner.compiled import ARITHMETIC
-from qddot.runner.lanes.kernel import LaneCompiler
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import ARITHMETIC
+from qddot.runner.machine.lane_loop import LaneCompiler
+from qddot.runner.machine.memory import LEAN
 
 FEATURES = llvmlite.binding.get_host_cpu_features()
 needs_avx = pytest.mark.skipif(not FEATURES.get("avx"), reason="this machine has no AVX")

@@ -8,7 +8,7 @@ from numba import njit
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import Signal
-from qddot.runner.memory import address, integers
+from qddot.runner.machine.memory import address, integers
 from qddot.runner.problem import Status
 
 OMEGA, DAMPING = 40.0, 0.05

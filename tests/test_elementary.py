@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from numba import njit, types
 
 from qddot.runner import abi
-from qddot.runner.compiled import ARITHMETIC
-from qddot.runner.lanes.calls import doubles
-from qddot.runner.lanes.elementary import FORMS
-from qddot.runner.lanes.kernel import LaneCompiler
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.calls import doubles
+from qddot.runner.machine.compiled import ARITHMETIC
+from qddot.runner.machine.elementary import FORMS
+from qddot.runner.machine.lane_loop import LaneCompiler
+from qddot.runner.machine.memory import LEAN
 
 mpmath.mp.prec = 200
 LANES = abi.LANES

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from qddot.runner.stiff.linear_algebra import LARGEST_OWN, factorize, find_lapack, solve
+from qddot.runner.machine.linear_algebra import LARGEST_OWN, factorize, find_lapack, solve
 
 
 def solved(A, b):

@@ -5,9 +5,9 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.sine import FAR
 from qddot.runner.inputs.sine import sine as compiled_sine
+from qddot.runner.machine.compiled import compiled
 
 
 @compiled()

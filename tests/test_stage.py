@@ -10,9 +10,9 @@ from sympy import symbols
 
 import qddot
 from qddot.model.system import Coordinate, Parameter, System
-from qddot.runner.explicit.stage import call_stage, stage_pointer
-from qddot.runner.memory import BLOCK, address
-from qddot.runner.sums import add_latest, any_beyond, copy_items, sum_slopes
+from qddot.runner.machine.memory import BLOCK, address
+from qddot.runner.machine.stage import call_stage, stage_pointer
+from qddot.runner.machine.sums import add_latest, any_beyond, copy_items, sum_slopes
 
 numbers = st.floats(-2, 2)
 

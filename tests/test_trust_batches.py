@@ -16,7 +16,6 @@ import pyarrow.parquet
 import pytest
 from batches import STUDY, assert_equal, values, written
 
-from qddot.runner import compiling
 from qddot.runner.batch import command
 from qddot.runner.batch.export import export
 from qddot.runner.batch.grid import open_batch
@@ -24,6 +23,7 @@ from qddot.runner.batch.job import read_job
 from qddot.runner.batch.results import Results
 from qddot.runner.batch.run import computed, opened, run_batch
 from qddot.runner.batch.store import Store, StoreError, create, locked, remove
+from qddot.runner.machine import compiling
 from qddot.runner.report import batch_figures, batch_progress
 from qddot.runner.study.batch_schema import SweepTable
 from qddot.runner.study.sweep import sweep_of

@@ -12,9 +12,9 @@ import pytest
 from permissions import ROOT, plainly
 from study_files import write
 
-from qddot.runner import places
-from qddot.runner.compiled import _Cache
 from qddot.runner.files import named, ready, written_aside
+from qddot.runner.machine import places
+from qddot.runner.machine.compiled import _Cache
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
@@ -23,7 +23,7 @@ from qddot.runner.tables import Quantity
 FOLDER = """
 import sys, tempfile
 from pathlib import Path
-from qddot.runner.places import code_folder
+from qddot.runner.machine.places import code_folder
 if "nowhere" in sys.argv: tempfile.gettempdir = lambda: str(Path.cwd())
 print(code_folder(Path(sys.argv[1])))
 """

@@ -8,7 +8,19 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.equations.order import Order
-from qddot.codegen.equations.phrases import Call, Cases, Constant, Factor, Name, Number, Power, Relation, Sum, Term, Value
+from qddot.codegen.equations.phrases import (
+    Call,
+    Cases,
+    Constant,
+    Factor,
+    Name,
+    Number,
+    Power,
+    Relation,
+    Sum,
+    Term,
+    Value,
+)
 from qddot.codegen.rewrite import content, factors, is_number, leading_number, split_number
 
 _EVEN, _ODD = {"cos", "cosh"}, {"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "erf"}

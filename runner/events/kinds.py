@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from qddot.runner import abi
 from qddot.runner.checks import direction, flag, shown
 from qddot.runner.events.search import FUNCTION, OUTPUT, STATE, WATCH
-from qddot.runner.memory import address, record
-from qddot.runner.pointers import EVENT_SIGNATURE, pointer
+from qddot.runner.machine.memory import address, record
+from qddot.runner.machine.pointers import EVENT_SIGNATURE, pointer
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import constants, input_values, look_up
 from qddot.runner.explicit.step import interpolate
 from qddot.runner.explicit.workspace import NEW, WITHIN, states
-from qddot.runner.memory import INLINE, LEAN, floats, integers, layout
-from qddot.runner.pointers import call_event, call_kernel
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.machine.pointers import call_event, call_kernel
 
 FUNCTION, OUTPUT, STATE = range(3)
 #: theta of an event that did not happen in the step.

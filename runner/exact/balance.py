@@ -4,8 +4,8 @@ Positions and velocities differ by the frequencies of a mechanism; balanced, the
 frequency rather than its square, which halves the squarings (Parlett, Reinsch, Numer. Math. 13 (1969) 293-304).
 """
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import BLOCK, LEAN, floats
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BLOCK, LEAN, floats
 
 #: A row and column are rescaled where this lessens the sum of their norms to less than this part.
 GAIN = 0.95

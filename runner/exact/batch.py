@@ -11,13 +11,13 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
 from qddot.runner.exact.runs import RUNS, propagate_runs
 from qddot.runner.exact.space import SPACE, space_for
 from qddot.runner.inputs.signal import InputTable
 from qddot.runner.load import Model
-from qddot.runner.memory import address, record
-from qddot.runner.pointers import pointer
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import address, record
+from qddot.runner.machine.pointers import pointer
 from qddot.runner.workers import cores, on_threads
 
 #: Runs that a thread takes at a time; between two such blocks it looks whether to stop.

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.exact.ladder import ROW, THETA_16, M, driving_block, place
 from qddot.runner.exact.space import POWERS
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.inputs.reader import holds_to, piece_at
-from qddot.runner.memory import BLOCK, LEAN, floats, integers, matrix
-from qddot.runner.sums import weighted_sum
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BLOCK, LEAN, floats, integers, matrix
+from qddot.runner.machine.sums import weighted_sum
 
 #: Of a table of pieces.
 COLUMNS = 8

@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import BLOCK, LEAN, floats
-from qddot.runner.sums import weighted_sum
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BLOCK, LEAN, floats
+from qddot.runner.machine.sums import weighted_sum
 
 #: Largest 1-norm at which the Taylor polynomial of degree 16 has a backward error of 2^-53.
 THETA_16 = 0.78

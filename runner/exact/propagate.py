@@ -6,12 +6,12 @@ series; a long one by one exponential; many equal ones within a segment by one e
 
 import math
 
-from qddot.runner.compiled import compiled
 from qddot.runner.exact.forcing import force, look_up, set_driver_rows, set_drivers, set_steps
 from qddot.runner.exact.ladder import LEVELS, TURNS, apply, go_up, level_for, reach
 from qddot.runner.exact.taylor import LONGEST, THETA, degree_for, largest_rate, taylor_step
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.memory import LEAN, floats, matrix
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, matrix
 from qddot.runner.problem import Status
 
 RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)

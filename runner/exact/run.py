@@ -8,12 +8,12 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
-from qddot.runner.compiling import working_time
 from qddot.runner.exact.course import advance, begin_run
 from qddot.runner.exact.space import SPACE, Arrays, space_for
 from qddot.runner.inputs.instants import ROUNDING, between
 from qddot.runner.inputs.signal import stack
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.compiling import working_time
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 from qddot.runner.slices import drive

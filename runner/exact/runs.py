@@ -1,13 +1,13 @@
 """The compiled half of `batch`: run after run through the same work space."""
 
-from qddot.runner.compiled import compiled
 from qddot.runner.exact.balance import begin
 from qddot.runner.exact.forcing import COLUMNS
 from qddot.runner.exact.propagate import NON_FINITE, RUNNING, advance_some, leaving, start
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.inputs.reader import piece_at, piece_value
-from qddot.runner.memory import LEAN, floats, integers, layout, matrix
-from qddot.runner.pointers import call_kernel, call_linear
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers, layout, matrix
+from qddot.runner.machine.pointers import call_kernel, call_linear
 
 #: Fields of a batch: addresses and sizes of the arrays in `batch.propagate_batch`; linear, outputs: kernels.
 RUNS = layout(

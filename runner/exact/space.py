@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.exact.ladder import LEVELS, Y
 from qddot.runner.inputs.signal import AMPLITUDE, InputTable
-from qddot.runner.memory import BLOCK, layout
+from qddot.runner.machine.memory import BLOCK, layout
 
 #: A polynomial input piece has this many coefficients.
 POWERS = 4

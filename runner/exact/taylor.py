@@ -5,11 +5,11 @@ With x(t + h r) = sum of y_k r^k and the forcing h f = sum of phi_k r^k, y_(k+1)
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.exact.forcing import highest_frequency
 from qddot.runner.exact.ladder import ROW
-from qddot.runner.memory import BLOCK, LEAN, floats
-from qddot.runner.sums import weighted_sum
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BLOCK, LEAN, floats
+from qddot.runner.machine.sums import weighted_sum
 
 #: THETA[m]: the largest norm of h A at which the series of degree m has a backward error of 2^-53 (Al-Mohy, Higham,
 #: SIAM J. Sci. Comput. 33 (2011) 488-511, equation 3.6); steps are cut to the last, which amplifies rounding little.

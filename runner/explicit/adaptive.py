@@ -8,8 +8,6 @@ import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
-from qddot.runner.compiling import working_time
 from qddot.runner.events.kinds import EventLog, names_of, watch_for
 from qddot.runner.events.search import WATCH
 from qddot.runner.explicit.adaptive_course import COURSE
@@ -19,7 +17,9 @@ from qddot.runner.explicit.step import PAIR, pair_for
 from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.inputs.instants import between
-from qddot.runner.memory import BLOCK, address, record
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.compiling import working_time
+from qddot.runner.machine.memory import BLOCK, address, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 from qddot.runner.slices import drive

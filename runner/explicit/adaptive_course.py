@@ -1,10 +1,10 @@
 """What a run of an adaptive explicit method has reached, and what it writes down: points and events."""
 
-from qddot.runner.compiled import compiled
 from qddot.runner.events.search import NONE, earliest
 from qddot.runner.explicit.step import interpolate, prepare_dense
 from qddot.runner.explicit.workspace import WITHIN, Y, write_states
-from qddot.runner.memory import LEAN, floats, integers, layout
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers, layout
 
 #: Fields of the course of a run, besides the state itself. stops (n_stops,): breakpoints, then the end; stop: the next
 #: one; wanted (n_wanted,): times to save at; next_wanted; saved_t, saved_x: `room` points, of which `saved` are used;

@@ -6,7 +6,6 @@ limits from the right, and the step size is the smaller of what was proposed bef
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.events.search import NONE, locate, watch_start, watch_step
 from qddot.runner.explicit.adaptive_course import ensure_dense, record_all, save, save_within
 from qddot.runner.explicit.controller import (
@@ -22,7 +21,8 @@ from qddot.runner.explicit.controller import (
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_next_slope, interpolate, take_step
 from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy, states
-from qddot.runner.memory import LEAN, floats
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats
 from qddot.runner.problem import Status
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)

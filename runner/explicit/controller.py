@@ -11,10 +11,10 @@ An error is scaled so that a step is good where it does not exceed 1.
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import look_up, slope
 from qddot.runner.explicit.workspace import ATOL, ERROR, K0, NEW, RTOL, SCALED, STAGE, Y, block, copy, states
-from qddot.runner.memory import BLOCK, LEAN, layout, record
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BLOCK, LEAN, layout, record
 
 MATLAB, STANDARD, PI = range(3)
 NAMES = {"matlab": MATLAB, "standard": STANDARD, "pi": PI}

@@ -8,14 +8,14 @@ import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
-from qddot.runner.compiling import working_time
 from qddot.runner.explicit.march import MARCH, advance, steps_of
 from qddot.runner.explicit.step import PAIR, tableau_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.inputs.instants import ROUNDING, between
 from qddot.runner.inputs.short import with_stops
-from qddot.runner.memory import BLOCK, address, record
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.compiling import working_time
+from qddot.runner.machine.memory import BLOCK, address, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 from qddot.runner.slices import drive

@@ -6,7 +6,6 @@ output time is split there; the last step lands on t1.
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import look_up, settle, slope
 from qddot.runner.explicit.step import evaluate_stages
 from qddot.runner.explicit.workspace import (
@@ -21,9 +20,10 @@ from qddot.runner.explicit.workspace import (
     write_states,
 )
 from qddot.runner.inputs.instants import ROUNDING, rounding
-from qddot.runner.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.machine.sums import any_beyond, copy_items
 from qddot.runner.problem import Status
-from qddot.runner.sums import any_beyond, copy_items
 
 #: A last step shorter than this part of a step is none.
 SNAP = 1e-9

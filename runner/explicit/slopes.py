@@ -1,13 +1,13 @@
 """Slopes: the right-hand side at a row of the workspace, with the inputs of the time."""
 
-from qddot.runner.compiled import compiled
-from qddot.runner.explicit.stage import call_stage
 from qddot.runner.explicit.workspace import ZERO, row_address, states
 from qddot.runner.inputs.instants import after, side_of
 from qddot.runner.inputs.reader import CONSTANT, TO, read
 from qddot.runner.inputs.signal import InputTable
-from qddot.runner.memory import INLINE, LEAN, VIEW, floats, integers, matrix
-from qddot.runner.pointers import call_kernel
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, VIEW, floats, integers, matrix
+from qddot.runner.machine.pointers import call_kernel
+from qddot.runner.machine.stage import call_stage
 
 
 @compiled(**VIEW)

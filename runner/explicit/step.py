@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import look_up, slope, slope_by_arrays
-from qddot.runner.explicit.stage import call_stage
 from qddot.runner.explicit.tableau import ButcherTableau
 from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
 from qddot.runner.explicit.workspace import (
@@ -28,7 +26,9 @@ from qddot.runner.explicit.workspace import (
     row_address,
     sum_rows,
 )
-from qddot.runner.memory import INLINE, LEAN, address, floats, layout, record
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, address, floats, layout, record
+from qddot.runner.machine.stage import call_stage
 
 #: Bytes of a row of coefficients.
 ROW = 8 * MOST_STAGES

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
-from qddot.runner.explicit.stage import stage_pointer
 from qddot.runner.inputs.reader import reader_for
-from qddot.runner.memory import BLOCK, INLINE, LEAN, VIEW, address, floats, layout, record, writable
-from qddot.runner.pointers import pointer
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, address, floats, layout, record, writable
+from qddot.runner.machine.pointers import pointer
+from qddot.runner.machine.stage import stage_pointer
+from qddot.runner.machine.sums import add_latest, sum_slopes
 from qddot.runner.problem import Problem
-from qddot.runner.sums import add_latest, sum_slopes
 
 MOST_STAGES = 16
 #: The rows: zeros, state, new state, argument of a stage, error estimates, their scaled sizes, absolute and relative

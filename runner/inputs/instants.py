@@ -8,8 +8,8 @@ nanosecond, an epoch after zero as at zero.
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN
 
 Times = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.sine import FAR, sine
-from qddot.runner.memory import LEAN, VIEW, first_item, floats
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, VIEW, first_item, floats
 
 if TYPE_CHECKING:
     from qddot.runner.inputs.signal import InputTable

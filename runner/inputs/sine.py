@@ -6,8 +6,8 @@ polynomials of fdlibm (k_sin.c, k_cos.c), without a branch: within two units in 
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN
 
 #: The largest angle in rad: beyond it the products of the reduction are no longer exact.
 FAR = 2.0**20

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.lanes.attempts import begin
-from qddot.runner.lanes.calls import call_lanes, doubles
 from qddot.runner.lanes.inputs import look_up_stage
 from qddot.runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SAMPLE, TARGET, H, control_rows
@@ -23,7 +21,9 @@ from qddot.runner.lanes.samples import PAIR_TYPE, sample_within
 from qddot.runner.lanes.settle import call_settle
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose, combine, estimate_errors
-from qddot.runner.memory import LEAN, floats
+from qddot.runner.machine.calls import call_lanes, doubles
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats
 from qddot.runner.problem import Status
 
 RUNNING, FINISHED = int(Status.RUNNING), int(Status.FINISHED)

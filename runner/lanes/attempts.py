@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import MATLAB
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.lanes.pack import (
@@ -20,7 +19,8 @@ from qddot.runner.lanes.pack import (
     control_rows,
 )
 from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
-from qddot.runner.memory import LEAN, floats, integers
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers
 
 
 @compiled(**LEAN)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from qddot.runner.checks import positive, shown, unknown, whole
-from qddot.runner.compiling import working_time
 from qddot.runner.exact.batch import propagate_batch
 from qddot.runner.keywords import BatchKeywords
 from qddot.runner.lanes.kernel import lane_rhs
@@ -17,6 +16,7 @@ from qddot.runner.lanes.scalar import run_one_by_one
 from qddot.runner.lanes.task import Task, make_task
 from qddot.runner.lanes.threads import run_in_lanes
 from qddot.runner.load import Model, as_model
+from qddot.runner.machine.compiling import working_time
 from qddot.runner.methods import Method, find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Status

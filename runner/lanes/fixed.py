@@ -11,16 +11,16 @@ import numpy as np
 from numba import types
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
-from qddot.runner.lanes.calls import call_lanes, doubles
 from qddot.runner.lanes.inputs import look_up_stage
-from qddot.runner.lanes.kernel import lane_loop
 from qddot.runner.lanes.landing import begin, call_land, plan_all_closely, set_out
 from qddot.runner.lanes.pack import AT, ATTENTION, BATCH_TYPE, LANES, PACK_TYPE, SIZE, START, STEP, TARGET, H, K, T
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import combine, sum_of_squares
-from qddot.runner.memory import floats
+from qddot.runner.machine.calls import call_lanes, doubles
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.lane_loop import lane_loop
+from qddot.runner.machine.memory import floats
 from qddot.runner.problem import Status
 
 RUNNING, FINISHED = int(Status.RUNNING), int(Status.FINISHED)

@@ -5,12 +5,8 @@ from typing import Any
 from numba import types
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.instants import SIDE as INSIDE
-from qddot.runner.lanes.calls import doubles
-from qddot.runner.lanes.elementary import cos, sin
-from qddot.runner.lanes.kernel import lane_loop
 from qddot.runner.lanes.pack import (
     AT,
     BATCH_TYPE,
@@ -38,8 +34,12 @@ from qddot.runner.lanes.pack import (
 from qddot.runner.lanes.pieces import CUBIC, SINE, TABLE, classify, take_pieces
 from qddot.runner.lanes.tables import read_tables
 from qddot.runner.lanes.values import ROW
-from qddot.runner.memory import LEAN, integers, intrinsic
-from qddot.runner.pointers import caller
+from qddot.runner.machine.calls import doubles
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.elementary import cos, sin
+from qddot.runner.machine.lane_loop import lane_loop
+from qddot.runner.machine.memory import LEAN, integers, intrinsic
+from qddot.runner.machine.pointers import caller
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))

@@ -6,8 +6,6 @@ from numba import types
 
 from qddot.runner import abi
 from qddot.runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
-from qddot.runner.lanes.elementary import exp, log
-from qddot.runner.lanes.kernel import lane_loop
 from qddot.runner.lanes.pack import (
     ACTIVE,
     ERROR,
@@ -30,6 +28,8 @@ from qddot.runner.lanes.pack import (
     H,
     T,
 )
+from qddot.runner.machine.elementary import exp, log
+from qddot.runner.machine.lane_loop import lane_loop
 
 #: The least step that advances the time is this part of the time: 16 spacings of floating-point numbers.
 SIXTEEN_SPACINGS = 16.0 * 2.0**-52

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.march import steps_of
 from qddot.runner.inputs.instants import ROUNDING, rounding
 from qddot.runner.lanes.pack import (
@@ -25,8 +24,9 @@ from qddot.runner.lanes.pack import (
 )
 from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
 from qddot.runner.lanes.samples import write_samples
-from qddot.runner.memory import LEAN, floats, integers, intrinsic
-from qddot.runner.pointers import caller
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.

@@ -7,9 +7,9 @@ from numba import typeof
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.workspace import MOST_STAGES
-from qddot.runner.memory import VIEW, address, floats, layout, record
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import VIEW, address, floats, layout, record
 
 LANES = abi.LANES
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.reader import holds_from, holds_to, piece_at
 from qddot.runner.inputs.sine import FAR
 from qddot.runner.lanes.pack import (
@@ -26,7 +25,8 @@ from qddot.runner.lanes.pack import (
 )
 from qddot.runner.lanes.tables import take_table
 from qddot.runner.lanes.values import ROW
-from qddot.runner.memory import LEAN, floats, integers
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers
 
 #: Kinds of a channel: what its lanes together need. As np.int64, because numba compiles a function again for every
 #: literal int that it is called with.

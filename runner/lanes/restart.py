@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import (
     CONTROL,
     LEAST_LAST_ERROR,
@@ -16,7 +15,6 @@ from qddot.runner.explicit.controller import (
 )
 from qddot.runner.inputs.instants import after, side_of
 from qddot.runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
-from qddot.runner.lanes.calls import call_lanes
 from qddot.runner.lanes.inputs import look_up
 from qddot.runner.lanes.pack import (
     AT,
@@ -37,8 +35,10 @@ from qddot.runner.lanes.pack import (
 from qddot.runner.lanes.samples import PAIR_TYPE, write_samples
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
-from qddot.runner.memory import LEAN, floats, integers, intrinsic, record
-from qddot.runner.pointers import caller
+from qddot.runner.machine.calls import call_lanes
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic, record
+from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.

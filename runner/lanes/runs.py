@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.lanes.calls import take_next
 from qddot.runner.lanes.pack import (
     ACTIVE,
     AT,
@@ -24,7 +22,9 @@ from qddot.runner.lanes.pack import (
     T,
     control_rows,
 )
-from qddot.runner.memory import LEAN, floats, integers
+from qddot.runner.machine.calls import take_next
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers
 
 
 @compiled(**LEAN)

@@ -6,13 +6,10 @@ import numpy as np
 from numba import typeof, types
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.step import PAIR
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.lanes.calls import doubles
 from qddot.runner.lanes.inputs import look_up
-from qddot.runner.lanes.kernel import lane_loop
 from qddot.runner.lanes.pack import (
     AT,
     BATCH_TYPE,
@@ -28,8 +25,11 @@ from qddot.runner.lanes.pack import (
     control_rows,
 )
 from qddot.runner.lanes.runs import gather, sample_time
-from qddot.runner.memory import LEAN, floats, integers, intrinsic, record
-from qddot.runner.pointers import call_kernel, caller
+from qddot.runner.machine.calls import doubles
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.lane_loop import lane_loop
+from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic, record
+from qddot.runner.machine.pointers import call_kernel, caller
 
 PAIR_TYPE = typeof(record(PAIR))
 

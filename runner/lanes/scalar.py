@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from qddot.runner.compiling import working_time
 from qddot.runner.lanes.starts import table_of
+from qddot.runner.machine.compiling import working_time
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.result import outputs_of
 

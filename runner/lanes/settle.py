@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.lanes.attempts import begin, finish, scaled
 from qddot.runner.lanes.pack import (
@@ -24,8 +23,9 @@ from qddot.runner.lanes.pack import (
 )
 from qddot.runner.lanes.restart import CONTROL_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE
-from qddot.runner.memory import LEAN, floats, integers, intrinsic
-from qddot.runner.pointers import caller
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.

@@ -8,13 +8,13 @@ from numba import types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
 from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.lanes.signals import BatchTable
 from qddot.runner.load import Model
-from qddot.runner.memory import intrinsic
-from qddot.runner.pointers import call_kernel, caller, pointer
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import intrinsic
+from qddot.runner.machine.pointers import call_kernel, caller, pointer
 
 Floats = NDArray[np.float64]
 

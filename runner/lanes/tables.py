@@ -11,10 +11,6 @@ from llvmlite import ir
 from numba import types
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
-from qddot.runner.lanes.calls import INTEGERS, doubles, numbers
-from qddot.runner.lanes.elementary import bits_of, float_of
-from qddot.runner.lanes.kernel import lane_loop
 from qddot.runner.lanes.pack import (
     AT,
     BEGIN,
@@ -32,7 +28,11 @@ from qddot.runner.lanes.pack import (
     SINCE,
 )
 from qddot.runner.lanes.values import ROW, Value, load, store
-from qddot.runner.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.machine.calls import INTEGERS, doubles, numbers
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.elementary import bits_of, float_of
+from qddot.runner.machine.lane_loop import lane_loop
+from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
 
 #: Bytes of a piece.
 PIECE = 64

@@ -22,10 +22,10 @@ from qddot.runner.lanes.pack import BATCH
 from qddot.runner.lanes.signals import BatchTable, stack_runs
 from qddot.runner.lanes.starts import constants_of, equilibria
 from qddot.runner.load import Model
-from qddot.runner.memory import address, record
+from qddot.runner.machine.memory import address, record
+from qddot.runner.machine.pointers import pointer
 from qddot.runner.methods import Method
 from qddot.runner.options import Options
-from qddot.runner.pointers import pointer
 from qddot.runner.tables import Quantity
 
 Floats = NDArray[np.float64]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.lanes.values import ROW, Value, load, over_states, splat, store, zeros
-from qddot.runner.memory import intrinsic
+from qddot.runner.machine.memory import intrinsic
 from qddot.runner.methods import find_method
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from numba import types
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
+from qddot.runner.machine.compiled import compiled
 from qddot.runner.metrics import values, weighting
 
 #: value(samples (n,), first, stop, t0, h, p): see `values`.

@@ -8,8 +8,8 @@ samples (trapezoidal rule), and so are the times at which a level is crossed.
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN
 
 #: A peak is refined where the second differences beside it are at least this part of its own: a kink is no peak.
 SMOOTH = 0.25

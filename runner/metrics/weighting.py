@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
+from qddot.runner.machine.compiled import compiled
 
 #: The largest error of the gain, relative, that is let pass; ISO 8041 tolerates 12 % in instruments.
 TOLERANCE = 0.05

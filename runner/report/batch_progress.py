@@ -7,7 +7,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from qddot.runner.compiling import working_time
+from qddot.runner.machine.compiling import working_time
 
 #: Seconds between two lines where there is no terminal.
 INTERVAL = 10.0

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from qddot.runner.compiling import when_compiling
+from qddot.runner.machine.compiling import when_compiling
 
 #: Seconds after which a run earns a bar.
 _PATIENCE = 1.0

@@ -8,12 +8,12 @@ import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
-from qddot.runner.compiling import working_time
 from qddot.runner.events.kinds import EventLog, names_of, watch_for
 from qddot.runner.events.search import WATCH
 from qddot.runner.inputs.instants import ROUNDING, after, between
-from qddot.runner.memory import address, record
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.compiling import working_time
+from qddot.runner.machine.memory import address, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 from qddot.runner.slices import drive

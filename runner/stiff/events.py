@@ -1,9 +1,9 @@
 """Events of stiff methods: those of `events`, located on the polynomial of the step."""
 
-from qddot.runner.compiled import compiled
 from qddot.runner.events.search import NONE, bisect, earliest, event_value, mark_crossed, watch_start
 from qddot.runner.inputs.instants import side_of
-from qddot.runner.memory import INLINE, LEAN, floats, integers
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, floats, integers
 from qddot.runner.stiff.space import WITHIN, X_NEW, X, vectors
 from qddot.runner.stiff.system import evaluate_polynomial, set_inputs
 

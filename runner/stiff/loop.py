@@ -4,8 +4,8 @@ A method is four functions: first_step(space, s, v) begins a segment; step(space
 returns a status; prepare_polynomial(s, v) writes the step's dense output; choose_next(s, v) sets the step to come.
 """
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import INLINE
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE
 from qddot.runner.stiff.events import finish_events, watch_step
 from qddot.runner.stiff.run import (
     RUNNING,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import INLINE
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.driver import Run

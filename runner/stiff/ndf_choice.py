@@ -3,8 +3,8 @@
 Shampine & Reichelt (1997), section 2.3, with the constants of the published code.
 """
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import INLINE, LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.stiff.ndf_formulas import CORRECTION, DIF, ERROR
 from qddot.runner.stiff.space import WEIGHTS
 from qddot.runner.stiff.system import weighted_norm

@@ -9,8 +9,8 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN
 from qddot.runner.stiff.space import DEGREE, OWN, POLYNOMIAL
 
 HIGHEST_ORDER = 5

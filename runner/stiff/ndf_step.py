@@ -5,9 +5,9 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import side_of
-from qddot.runner.memory import INLINE, LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.problem import Status
 from qddot.runner.stiff.ndf_choice import choose_after_failure
 from qddot.runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, ERROR, GAMMA, INVERSE, PREDICTED, PSI, rescale

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import CONTROL as STEP_CONTROL
 from qddot.runner.explicit.controller import control_for
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.driver import Run

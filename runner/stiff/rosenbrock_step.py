@@ -5,10 +5,10 @@ The form of HW, equation IV.7.25; see `tableau_rosenbrock`.
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.controller import MATLAB, after_failure, after_success
 from qddot.runner.inputs.instants import side_of
-from qddot.runner.memory import LEAN
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
 from qddot.runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square
 from qddot.runner.stiff.system import (

@@ -6,9 +6,9 @@ in a low derivative of it, makes what it knew of the past worthless.
 
 import numpy as np
 
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.instants import after
-from qddot.runner.memory import INLINE, LEAN, floats, layout
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, floats, layout
 from qddot.runner.problem import Status
 from qddot.runner.stiff.events import watch_segment
 from qddot.runner.stiff.space import WITHIN, X_NEW, F, X

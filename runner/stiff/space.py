@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.abi import MATRIX_KERNEL, VECTOR_KERNEL
-from qddot.runner.compiled import compiled
 from qddot.runner.inputs.reader import reader_for
-from qddot.runner.memory import VIEW, address, layout, matrix, record, writable
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.linear_algebra import find_lapack
+from qddot.runner.machine.memory import VIEW, address, layout, matrix, record, writable
+from qddot.runner.machine.pointers import pointer
 from qddot.runner.options import Options
-from qddot.runner.pointers import pointer
 from qddot.runner.problem import Problem
-from qddot.runner.stiff.linear_algebra import find_lapack
 
 #: Rows of the vectors v that every stiff method has: present and new state, f, atol/rtol (relative to at least that an
 #: error counts), the least rtol over that of the state, RELATIVE/(size against which errors count), three rows of

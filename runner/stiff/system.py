@@ -6,14 +6,14 @@ import numpy as np
 from numba.extending import intrinsic
 
 from qddot.runner.abi import MATRIX_KERNEL
-from qddot.runner.compiled import compiled
 from qddot.runner.explicit.slopes import constants, input_table, input_values
 from qddot.runner.explicit.workspace import states
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.inputs.reader import read
-from qddot.runner.memory import LEAN, floats, integers
-from qddot.runner.pointers import call_kernel, caller
-from qddot.runner.stiff.linear_algebra import factorize, solve
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.linear_algebra import factorize, solve
+from qddot.runner.machine.memory import LEAN, floats, integers
+from qddot.runner.machine.pointers import call_kernel, caller
 from qddot.runner.stiff.space import (
     DEGREE,
     F_OPPOSITE,

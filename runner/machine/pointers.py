@@ -11,7 +11,7 @@ from numba import types
 
 from qddot.runner import abi
 from qddot.runner.checks import shown
-from qddot.runner.memory import intrinsic
+from qddot.runner.machine.memory import intrinsic
 
 EVENT_SIGNATURE = types.float64(abi.SCALAR, abi.VECTOR, abi.VECTOR, abi.VECTOR)
 

@@ -16,9 +16,9 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import lower_builtin, models, register_model
 
 from qddot.runner import abi
-from qddot.runner.compiled import compiled
-from qddot.runner.memory import LEAN, intrinsic
-from qddot.runner.pointers import caller, pointer
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, intrinsic
+from qddot.runner.machine.pointers import caller, pointer
 
 
 class Stage(types.Type):

@@ -11,8 +11,8 @@ from typing import Any
 
 from numba import njit, types
 
-from qddot.runner.compiled import ARITHMETIC
-from qddot.runner.memory import intrinsic
+from qddot.runner.machine.compiled import ARITHMETIC
+from qddot.runner.machine.memory import intrinsic
 
 
 def elementary(function: Callable[..., Any]) -> Any:

@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from qddot.runner.compiled import compiled
+from qddot.runner.machine.compiled import compiled
 
 #: Systems of more unknowns go to LAPACK, which overtakes the loops below at about this size (measured).
 LARGEST_OWN = 32

@@ -13,7 +13,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from qddot.runner.memory import BLOCK, intrinsic
+from qddot.runner.machine.memory import BLOCK, intrinsic
 
 #: Doubles in a register of 256 bits.
 _NARROW = 4

@@ -6,8 +6,8 @@ from llvmlite import ir
 from numba import types
 
 from qddot.runner import abi
-from qddot.runner.memory import intrinsic
-from qddot.runner.pointers import caller
+from qddot.runner.machine.memory import intrinsic
+from qddot.runner.machine.pointers import caller
 
 #: Arguments of lane loops that are rows of integers.
 INTEGERS = types.CPointer(types.int64)

@@ -10,7 +10,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import lower_builtin, models, register_model
 
 from qddot.runner import abi
-from qddot.runner.memory import intrinsic
+from qddot.runner.machine.memory import intrinsic
 
 
 class Row(types.Type):

@@ -22,7 +22,7 @@ from numba.core import dispatcher
 from numba.core.caching import FunctionCache, NullCache
 from numba.np import linalg
 
-from qddot.runner.places import code_folder
+from qddot.runner.machine.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
 #: ninf, which make isfinite lie. IEEE rules: a division by zero is an infinity or no number, never an exception.
@@ -46,7 +46,7 @@ def _import_array_functions() -> None:
 _import_array_functions()
 
 #: Rooms and files without jitted functions: their changes empty no cache.
-_NOTHING_COMPILED = ("report", "study", "paper", "batch", "identify", "command.py", "files.py", "places.py")
+_NOTHING_COMPILED = ("report", "study", "paper", "batch", "identify", "command.py", "files.py", "machine/places.py")
 
 #: Versions of the source whose compiled drivers are kept.
 _KEPT = 8
@@ -55,12 +55,13 @@ _KEPT = 8
 @cache
 def cache_directory() -> Path | None:
     """The folder of this very source's compiled drivers, beside it where that can be written; see `code_folder`."""
-    here = Path(__file__).parent
+    here = Path(__file__).parent.parent
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(here.rglob("*.py")):
-        if source.relative_to(here).parts[0] in _NOTHING_COMPILED:
+        within = source.relative_to(here)
+        if within.parts[0] in _NOTHING_COMPILED or within.as_posix() in _NOTHING_COMPILED:
             continue
-        digest.update(source.relative_to(here).as_posix().encode())
+        digest.update(within.as_posix().encode())
         digest.update(source.read_bytes())
     folder = code_folder(here / "__pycache__")
     return _tidy(folder) / f"qddot-{digest.hexdigest()[:16]}" if folder is not None else None
