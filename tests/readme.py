@@ -19,4 +19,4 @@ def blocks():
 
 def python_example():
     """The first example of the section on Python, as far as it goes without a right-hand side of one's own."""
-    return README.split("## In Python")[1].split("```python\n")[1].split("```")[0].partition("qddot.solve(")[0]
+    return README.split("## In Python")[1].split("```python\n")[1].split("```")[0].partition("gust = ")[0]

@@ -298,12 +298,13 @@ LIMITED = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 sys.argv[0] = "qddot"
-import qddot, runner.batch.command
+import qddot.runner.batch.command
 from qddot.runner.batch import block
 from qddot.runner.batch.job import read_job
 block.warm_up(read_job(__import__("pathlib").Path(sys.argv[2])))
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
-qddot.main()
+from qddot.command_line import main
+main()
 """
 
 

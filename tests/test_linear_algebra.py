@@ -70,7 +70,7 @@ def test_zero_on_the_diagonal_is_exchanged():
 def test_second_process_takes_both_paths_from_the_cache():
     code = (
         "import numpy as np\n"
-        "from runner.stiff.linear_algebra import factorize, find_lapack\n"
+        "from qddot.runner.machine.linear_algebra import factorize, find_lapack\n"
         "for n in (2, 60):\n"
         "    print(factorize(find_lapack(n), np.eye(n), np.zeros(n, dtype=np.int64)))\n"
         "print(sum(factorize.stats.cache_misses.values()))\n"

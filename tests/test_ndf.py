@@ -332,7 +332,7 @@ class TestBoth:
         code = (
             f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
             f"import {module} as module; from test_ndf import AXLE, run\n"
-            "from runner.stiff.driver import compiled_loop\n"
+            "from qddot.runner.stiff.driver import compiled_loop\n"
             f"run({method!r}, AXLE)\n"
             "stats = compiled_loop(module.advance, module.CONTROL).stats\n"
             "print(len(stats.cache_hits), sum(stats.cache_misses.values()))\n"

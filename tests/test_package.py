@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from readme import blocks, python_example
+from ruff.__main__ import find_ruff_bin
 
 import qddot
 
@@ -44,6 +45,7 @@ def installed(wheel, tmp_path_factory):
         archive.extractall(packages)
     libraries = Path(pytest.__file__).parent.parent  # as a path alone: what stands in its .pth files is not read
     (packages / "libraries.pth").write_text(f"{libraries}\n")
+    (home / "bin" / "ruff").symlink_to(find_ruff_bin())  # an installer would have put it there
     folder = tmp_path_factory.mktemp("user")
     for name in ("model.py", "runner.py", "codegen.py", "generated.py", "studies.py"):
         (folder / name).write_text(HOSTILE)

@@ -72,7 +72,7 @@ def test_the_commands_shown_exist():
 def test_the_python_shown_is_the_public_interface():
     import qddot as front
 
-    for name in set(re.findall(r"\bqddot\.([A-Za-z_]+)", README)) - {"py"}:
+    for name in set(re.findall(r"\bqddot\.([A-Za-z_]+)", README)) - {"py", "model", "runner"}:  # rooms
         assert name in front.__all__, name
 
 

@@ -100,7 +100,7 @@ def test_a_fade_begins_on_level_ground_and_leaves_the_rest_as_it_is():
 
 
 def test_a_seed_is_a_road_in_any_process():
-    code = "from runner.inputs.iso8608 import random_road; print(random_road('D', seed=3)(41.7).item().hex())"
+    code = "from qddot.runner.inputs.iso8608 import random_road; print(random_road('D', seed=3)(41.7).item().hex())"
     root = Path(__file__).parent.parent
     said = {subprocess.check_output([sys.executable, "-c", code], cwd=root, text=True).strip() for _ in range(2)}
     assert said == {random_road("D", seed=3)(41.7).item().hex()}

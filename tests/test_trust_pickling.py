@@ -61,11 +61,11 @@ def test_a_failed_run_survives(diverged, again):
 
 def _exceptions():
     """Every exception class of ours, found in the source."""
-    for room in ("model", "codegen", "runner"):
+    for room in ("units", "model", "codegen", "runner"):
         for path in sorted((ROOT / room).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.ClassDef) and node.name.endswith(("Error", "Exception")):
-                    yield ".".join(path.relative_to(ROOT).with_suffix("").parts), node.name
+                    yield ".".join(("qddot", *path.relative_to(ROOT).with_suffix("").parts)), node.name
 
 
 @pytest.mark.parametrize(("room", "name"), sorted(set(_exceptions())))

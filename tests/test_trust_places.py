@@ -233,7 +233,8 @@ def test_a_run_on_a_full_disk_ends_in_one_line(tmp_path):
     study = write(tmp_path, STUDY, "quick.toml")
     assert plainly("run", study, "--into", tmp_path / "warm", cwd=tmp_path).returncode == 0  # compiled, and kept
     code = LIMITED + (
-        "import qddot\nresource.setrlimit(resource.RLIMIT_FSIZE, (9_000, resource.RLIM_INFINITY))\nqddot.main()\n"
+        "from qddot.command_line import main\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (9_000, resource.RLIM_INFINITY))\nmain()\n"
     )
     done = plainly("run", study, "--set", "span=[0, 2]", code=code, cwd=tmp_path)
     assert done.returncode == 2
