@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmarks.timing import Table, Timing, machine
-from qddot.runner.report.figures import COLOURS, save
+from qddot.drawing import COLOURS, save
 
 #: Colours of qddot's bars and those of other tools.
 OURS, THEIRS = COLOURS[0], "0.6"

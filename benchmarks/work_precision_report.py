@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from benchmarks.timing import machine
 from benchmarks.work_precision_runs import NON_STIFF_METHODS, SCIPY, STIFF_METHODS, Point
+from qddot.drawing import COLOURS
 from qddot.runner.files import written_aside
-from qddot.runner.report.figures import COLOURS
 
 COLUMNS = 3
 GREYS = {"RK45": "0.2", "DOP853": "0.45", "LSODA": "0.65", "Radau": "0.2", "BDF": "0.45"}

@@ -13,9 +13,13 @@ Contents
                road: step, ramp, sine, cosine_bump, pothole, iso8608 -> Signal; drive: a road under every axle
     one run    simulate -> Solution; prepare -> Simulation, run as often as wanted; solve: any compiled right-hand side
                Options: of an integration; crossing -> Event
+               methods: all integration methods by name
     many runs  simulate_batch -> Batch; per_run: an input that differs from run to run
     analysis   equilibrium, modes
-    studies    run_study, run_batch, open_batch
+               reading: a number of a run, such as its greatest value; metric: the same numbers as of a batch
+    studies    read_study -> Study, run as it stands or with some of it exchanged; run_study, run_batch, open_batch
+               toml: TOML files of one's own, read as strictly as studies
+    results    report: a progress bar, tables, an HTML page, PDF; drawing: figures
     failures   ModelError, LoadError, StudyError, StoreError: given wrongly; IntegrationError, EquilibriumError,
                ModesError
 
@@ -28,7 +32,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from qddot import road, signal
+    from qddot import drawing, report, road, signal, toml
     from qddot.codegen.generate import generate
     from qddot.model.system import ModelError
     from qddot.runner.batch.grid import open_batch
@@ -41,11 +45,15 @@ if TYPE_CHECKING:
     from qddot.runner.lanes.batch import Batch, simulate_batch
     from qddot.runner.lanes.signals import per_run
     from qddot.runner.load import LoadError, Model, load
+    from qddot.runner.methods import methods
+    from qddot.runner.metrics.of_run import metric
+    from qddot.runner.metrics.reading import reading
     from qddot.runner.modes import ModesError, modes
     from qddot.runner.options import Options
     from qddot.runner.simulate import IntegrationError, Simulation, crossing, prepare, simulate, solve
     from qddot.runner.solution import Solution
     from qddot.runner.study.read import StudyError
+    from qddot.runner.study.ready import Study, read_study
     from qddot.runner.study.run import run_study
 
 __all__ = [
@@ -62,16 +70,23 @@ __all__ = [
     "Simulation",
     "Solution",
     "StoreError",
+    "Study",
     "StudyError",
     "crossing",
+    "drawing",
     "drive",
     "equilibrium",
     "generate",
     "load",
+    "methods",
+    "metric",
     "modes",
     "open_batch",
     "per_run",
     "prepare",
+    "read_study",
+    "reading",
+    "report",
     "road",
     "run_batch",
     "run_study",
@@ -79,6 +94,7 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "solve",
+    "toml",
 ]
 
 #: The module of each public name: what the imports above say to a type checker.
@@ -96,22 +112,29 @@ _HOMES = {
     "Simulation": "qddot.runner.simulate",
     "Solution": "qddot.runner.solution",
     "StoreError": "qddot.runner.batch.store",
+    "Study": "qddot.runner.study.ready",
     "StudyError": "qddot.runner.study.read",
     "crossing": "qddot.runner.simulate",
     "drive": "qddot.runner.inputs.drive",
     "equilibrium": "qddot.runner.equilibrium",
     "generate": "qddot.codegen.generate",
     "load": "qddot.runner.load",
+    "methods": "qddot.runner.methods",
+    "metric": "qddot.runner.metrics.of_run",
     "modes": "qddot.runner.modes",
     "open_batch": "qddot.runner.batch.grid",
     "per_run": "qddot.runner.lanes.signals",
     "prepare": "qddot.runner.simulate",
+    "read_study": "qddot.runner.study.ready",
+    "reading": "qddot.runner.metrics.reading",
     "run_batch": "qddot.runner.batch.run",
     "run_study": "qddot.runner.study.run",
     "simulate": "qddot.runner.simulate",
     "simulate_batch": "qddot.runner.lanes.batch",
     "solve": "qddot.runner.simulate",
 }
+#: Modules of public names.
+NAMESPACES = ("drawing", "report", "road", "signal", "toml")
 #: Names of version 0.1, which go with version 0.3.
 _MOVED = {
     "constant": "signal.constant",
@@ -136,8 +159,8 @@ def __getattr__(name: str) -> Any:
     """A public name, imported from the room it lives in; then it is an attribute like any other."""
     if name in _HOMES:
         value = getattr(_room(_HOMES[name]), name)
-    elif name in ("road", "signal"):
-        value = import_module(f"qddot.{name}")
+    elif name in NAMESPACES:
+        value = _room(f"qddot.{name}")
     elif name == "__version__":
         from importlib.metadata import version
 

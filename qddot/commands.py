@@ -59,7 +59,7 @@ def _batch(figure: bool | None, **given: Any) -> int:
 
 def _report(claims: Path, into: Path, pdf: bool) -> int:
     from qddot.codegen.equations.command import equations_page
-    from qddot.runner.paper.command import write_report
+    from qddot.paper.command import write_report
     from qddot.runner.report.progress import compilation_told
 
     with compilation_told():
@@ -75,9 +75,10 @@ def _flag(name: str, help: str, **settings: Any) -> Argument:
     return _argument(name, action="store_true", help=help, **settings)
 
 
-def _path(name: str, help: str, default: str | None = None) -> Argument:
+def _path(name: str, help: str, default: str | None = None, **settings: Any) -> Argument:
     written = f"{help}; {default} by default." if default else help
-    return _argument(name, metavar="PATH", type=Path, default=Path(default) if default else None, help=written)
+    chosen = Path(default) if default else None
+    return _argument(name, metavar="PATH", type=Path, default=chosen, help=written, **settings)
 
 
 def _several(name: str, metavar: str, help: str, **settings: Any) -> Argument:
@@ -98,7 +99,6 @@ _FIGURE = _argument(
     default=None,
     help="Draw the figure, or not; drawn if it can be.",
 )
-_PAPER = Path(__file__).parent.parent / "studies" / "paper" / "paper.toml"
 _JSON = _flag("--json", "Print JSON and draw nothing.", dest="as_json")
 
 COMMANDS = {
@@ -213,15 +213,15 @@ COMMANDS = {
         ),
     ),
     "verify": Command(
-        partial(_compute, "qddot.runner.paper.command", "verification"),
+        partial(_compute, "qddot.paper.command", "verification"),
         "Verify section 3.1 of the M113 paper: six schemes against the analytic solution.",
         (_path("--into", "Folder for the figures", "results/verification"), _JSON),
     ),
     "paper": Command(
-        partial(_compute, "qddot.runner.paper.command", "paper"),
+        partial(_compute, "qddot.paper.command", "paper"),
         "Compute the M113 paper again and judge its claims; exits with 1 where one is no longer met.",
         (
-            _argument("--claims", dest="path", metavar="PATH", type=Path, default=_PAPER, help="Settings and claims."),
+            _path("--claims", "Settings and claims; the paper's by default.", dest="path"),
             _argument("--parameters", metavar="SET", help="Parameter set of the M113 in place of the paper's."),
             _path("--into", "Folder for the figures and the claims", "results/paper"),
             _JSON,

@@ -16,8 +16,16 @@ from qddot.runner.machine.compiling import compiled_for
 from qddot.runner.modes import ModesError, modes
 from qddot.runner.report.background import Drawing
 from qddot.runner.report.curves import Curves, curves
-from qddot.runner.report.progress import late_bar
-from qddot.runner.report.tables import methods, metrics, modal_table, model_tables, not_finite, statistics, summary
+from qddot.runner.report.progress import progress_bar
+from qddot.runner.report.tables import (
+    method_table,
+    metric_table,
+    modal_table,
+    model_tables,
+    not_finite,
+    statistics,
+    summary,
+)
 from qddot.runner.solution import Solution
 from qddot.runner.study.library import SHIPPED, entries
 from qddot.runner.study.overrides import parsed
@@ -43,7 +51,7 @@ def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Seq
         ready(each)  # before anything is computed that could not be written
     if which == ["base"]:
         _note("note:", "the study's own values, without its sweep: --row N runs one of its runs, `qddot batch` all")
-    with late_bar(path.stem) as bar:
+    with progress_bar(path.stem) as bar:
         solution = run(study, path, bar, on_failure="return")
     origin = {"study": str(path.resolve()), "settings": " ".join(settings), "row": "" if row is None else str(row)}
     title = (study.title or path.stem) + ("" if row is None else f" (run {row})")
@@ -114,9 +122,9 @@ def catalogue(what: str) -> int:
         for name, entry in sorted(entries(SHIPPED).items()):
             console.print(f"  {name:18}{entry['title']}", highlight=False)
     if what in ("all", "methods"):
-        console.print("[bold]Methods[/bold]", methods())
+        console.print("[bold]Methods[/bold]", method_table())
     if what in ("all", "metrics"):
-        console.print("[bold]Metrics[/bold]", metrics())
+        console.print("[bold]Metrics[/bold]", metric_table())
     return 0
 
 

@@ -66,6 +66,11 @@ class _Methods(Mapping[str, Method]):
 METHODS: Mapping[str, Method] = _Methods()
 
 
+def methods() -> Mapping[str, Method]:
+    """All integration methods by name; see `Method` for what is known of each."""
+    return METHODS
+
+
 def find_method(name: str) -> Method:
     """The method of this name; raises ValueError with the nearest name that exists."""
     if not isinstance(name, str):

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, chi2
 
+import qddot
 from qddot.runner.identify.figure import draw
 from qddot.runner.identify.fit import fit
 from qddot.runner.identify.judge import judge
-from qddot.runner.identify.measure import measured
 from qddot.runner.identify.problem import read
-from qddot.runner.identify.schema import Observation
 from qddot.runner.identify.store import estimates, save
 from qddot.runner.inputs.shapes import pulse_train, sine
 from qddot.runner.load import load
@@ -175,7 +174,7 @@ def test_numbers_are_taken_of_a_run_as_they_are_called():
     run = simulate(load("quarter_car"), (0, 2), step=1e-3, inputs={"z_r": sine(0.01, 2.0)}, initial=[0.0] * 4, every=7)
 
     def number(**said):
-        return measured(run, Observation(quantity="z_r", value=0.0, sigma=1.0, **said), None)[0]
+        return qddot.reading(run, "z_r", said.pop("measure", "greatest"), **said)
 
     assert number(measure="greatest") == pytest.approx(0.01, rel=1e-6)  # between the saved points
     assert number(measure="least") == pytest.approx(-0.01, rel=1e-6)

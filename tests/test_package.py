@@ -17,7 +17,7 @@ import qddot
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-ROOMS = ("codegen", "generated", "model", "runner", "units")
+ROOMS = ("codegen", "generated", "model", "paper", "runner", "units")
 HOSTILE = "raise SystemExit('a file of the user was imported in place of one of ours')\n"
 
 
@@ -85,6 +85,7 @@ def test_the_wheel_holds_qddot_alone_with_its_studies_templates_and_equations(wh
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"qddot"}
     wanted = ["qddot/py.typed", "qddot/generated/m113.tex", "qddot/codegen/templates/kernels.py.jinja"]
     wanted += ["qddot/studies/one_shot.toml", "qddot/studies/library/guns.toml", "qddot/studies/paper/paper.toml"]
+    wanted += ["qddot/paper/scene.js", "qddot/paper/scene.css", "qddot/runner/report/page/page.html"]
     assert set(wanted) <= set(names)
     assert any(name.endswith("LICENSE") for name in names)
 
@@ -128,6 +129,17 @@ def test_ready_studies_and_the_library_are_found_where_only_the_wheel_is(install
         installed, "-m", "qddot", "compare", installed[2] / "qddot" / "studies" / "paper" / "equations_5_to_11.txt"
     )
     assert "4 of 7 equations are equal" in done.stdout, done.stderr
+
+
+def test_the_paper_and_its_report_find_their_studies_where_only_the_wheel_is(installed):
+    """The first ends at what was given wrongly, which is looked at when the studies have been read."""
+    done = run(installed, "-m", "qddot", "paper", "--parameters", "as_run_unlaoded")
+    assert done.returncode == 2
+    assert "did you mean 'as_run_unloaded'" in done.stderr, done.stderr
+    (installed[1] / "claims.json").write_text('{"parameter_set": null, "claims": []}')
+    done = run(installed, "-m", "qddot", "report", "--claims", "claims.json", "--no-pdf")
+    assert done.returncode == 0, done.stderr
+    assert "The vehicle over the road" in (installed[1] / "results" / "paper" / "report.html").read_text()
 
 
 def test_generating_writes_where_the_user_stands_and_never_into_the_package(installed):
@@ -191,7 +203,7 @@ def test_the_front_door_says_to_a_type_checker_what_it_gives():
     tree = ast.parse((ROOT / "qddot" / "__init__.py").read_text())
     block = next(node for node in tree.body if isinstance(node, ast.If))
     homes = {alias.name: node.module for node in block.body for alias in node.names}
-    assert homes == qddot._HOMES | {"road": "qddot", "signal": "qddot"}
+    assert homes == qddot._HOMES | dict.fromkeys(qddot.NAMESPACES, "qddot")
     assert sorted(homes) == qddot.__all__
 
 

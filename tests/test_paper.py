@@ -12,18 +12,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from qddot.runner.load import load
+from qddot import StudyError, load, read_study
+from qddot.paper.claims import Judged, judge, read, verdict
+from qddot.paper.command import paper
+from qddot.paper.driving import Field
+from qddot.paper.firing import STEP, dose
+from qddot.paper.phase import phase
+from qddot.paper.reproduce import reproduce
+from qddot.paper.schema import Claim
+from qddot.paper.section_figures import draw_all
+from qddot.paper.studies import Studies
 from qddot.runner.metrics.weighting import WEIGHTINGS
-from qddot.runner.paper.claims import Judged, judge, read, verdict
-from qddot.runner.paper.command import paper
-from qddot.runner.paper.drive import _Field
-from qddot.runner.paper.firing import STEP, _dose
-from qddot.runner.paper.phase import phase
-from qddot.runner.paper.reproduce import reproduce
-from qddot.runner.paper.schema import Claim
-from qddot.runner.paper.section_figures import draw_all
-from qddot.runner.paper.studies import Studies, case
-from qddot.runner.study.read import StudyError
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper" / "paper.toml"
@@ -136,11 +135,11 @@ def test_displacements_agree_with_scipy(found):
 def test_the_step_found_is_the_largest_that_is_accurate_enough(found):
     """Heun's method multiplies a linear state by 1 + hA + (hA)^2/2 a step: iterated here by itself."""
     step = found.numbers["cost.step_needed.heun"]
-    given = case(found.studies.folder / "standing.toml")
-    exact = given.run("exact", {"output_times": [1.648, 2.356]})
+    standing = read_study(found.studies.folder / "standing.toml")
+    exact = standing.run(method="exact", output_times=[1.648, 2.356])
 
     def error(h):
-        run = given.run("heun", {"step": h, "output_times": [1.648, 2.356]})
+        run = standing.run(method="heun", step=h, output_times=[1.648, 2.356])
         pairs = [(run["heave"][run.t == t][0], exact["heave"][exact.t == t][0]) for t in (1.648, 2.356)]
         return max(abs(one - other) / abs(other - exact["heave"][0]) for one, other in pairs)
 
@@ -153,17 +152,17 @@ def test_the_exact_reference_is_the_matrix_exponential(found):
     n = len(model.state_names)
     A, B = np.zeros((n, n)), np.zeros((n, len(model.tables.inputs) + 1))
     model.kernel("linear")(model.constants(model.parameter_values("as_run_unloaded")), A, B)
-    run = case(found.studies.folder / "standing.toml").run("exact", {"output_times": [0.5, 1.648, 2.356]})
+    run = read_study(found.studies.folder / "standing.toml").run(method="exact", output_times=[0.5, 1.648, 2.356])
     x = {t: run.states[run.t == t][0] for t in (0.5, 1.648, 2.356)}
     assert x[2.356] - x[0.5] == pytest.approx(expm(A * 0.708) @ (x[1.648] - x[0.5]), rel=1e-8, abs=1e-12)
 
 
 def test_shots_added_to_the_ride_are_the_ride_with_shots(found):
     settings = found.paper.drive
-    field = _Field(settings, found.studies)
+    field = Field(settings, found.studies)
     _, _, heave = field.ride(3, 20.0)
-    direct = field._case(3, 20.0, [1.5, 3.35]).run("exact", field._saved(20.0))
-    assert heave + field.shots(20.0)[2] == pytest.approx(direct["heave"] - direct["heave"][0], abs=1e-10)
+    direct = field.ride_with_shots(3, 20.0, [1.5, 3.35])
+    assert heave + field.shots(20.0)[2] == pytest.approx(direct, abs=1e-10)
 
 
 def test_a_swing_of_the_map_is_that_of_a_run(found):
@@ -171,8 +170,8 @@ def test_a_swing_of_the_map_is_that_of_a_run(found):
     mapped = phase(settings, found.studies)
     i, j = 7, 11
     times = [mapped.first[i], mapped.first[i] + mapped.intervals[j]]
-    given = case(found.studies.folder / settings.study, {**settings.set, "inputs.F.times": times})
-    run = given.run("exact", {"output_times": np.arange(times[1], times[1] + settings.after, 0.01)})
+    fired_twice = read_study(found.studies.folder / settings.study, {**settings.set, "inputs.F.times": times})
+    run = fired_twice.run(method="exact", output_times=np.arange(times[1], times[1] + settings.after, 0.01))
     fired = np.abs(run["heave"] - run["heave"][0])[(run.t >= times[1] - 1e-9) & (run.t < times[1] + settings.after)]
     assert mapped.swings[i, j] == pytest.approx(fired.max(), rel=2e-3)
 
@@ -183,8 +182,8 @@ def test_bursts_are_no_better_than_equal_intervals_can_be(found):
     assert burst.quantity == "heave"
     assert burst.best_swing < burst.worst_swing
     for interval in (0.6, 1.07, 1.85, 2.02, 2.73):
-        given = case(found.studies.folder / "standing.toml", {"inputs.F.times": [1.0, 1.0 + interval]})
-        run = given.run("exact", {"step": 0.01}, None, (0.0, 5.0 + interval))
+        study = read_study(found.studies.folder / "standing.toml", {"inputs.F.times": [1.0, 1.0 + interval]})
+        run = study.run(method="exact", step=0.01, span=(0.0, 5.0 + interval))
         swing = np.abs(run["heave"] - run["heave"][0])[run.t >= 1.0 + interval].max()
         assert burst.best_swing <= swing * 1.001
         assert swing <= burst.worst_swing * 1.001
@@ -192,7 +191,7 @@ def test_bursts_are_no_better_than_equal_intervals_can_be(found):
 
 def test_the_crews_dose_is_the_weighted_accelerations_fourth_power(found):
     """The weighting in the frequency domain, as ISO 2631-1 defines it, instead of by a digital filter."""
-    run = case(found.studies.folder / "standing.toml").run("exact", {"step": STEP}, None, (0.0, 5.0))
+    run = read_study(found.studies.folder / "standing.toml").run(method="exact", step=STEP, span=(0.0, 5.0))
     t = np.arange(0.0, 5.0, STEP)
     a = np.interp(t, run.t, run["heave_acceleration"])
     f = np.fft.rfftfreq(2 * len(t), STEP)
@@ -200,7 +199,7 @@ def test_the_crews_dose_is_the_weighted_accelerations_fourth_power(found):
     powers = np.array([np.ones_like(s), s, s**2])
     H = np.prod([(n @ powers) / (d @ powers) for _, n, d in WEIGHTINGS["Wk"].sections()], axis=0)
     weighted = np.fft.irfft(np.fft.rfft(a, 2 * len(t)) * H)[: len(t)]
-    assert _dose(run) == pytest.approx((np.trapezoid(weighted**4, t)) ** 0.25, rel=0.03)
+    assert dose(run) == pytest.approx((np.trapezoid(weighted**4, t)) ** 0.25, rel=0.03)
 
 
 def test_every_figure_is_drawn(found, tmp_path):
@@ -216,7 +215,7 @@ def test_the_command_exits_with_1_where_a_claim_no_longer_holds(tmp_path, monkey
     again = judge(given, Studies(tmp_path), found.numbers)
     assert [each.name for each in again if each.worse and not each.claim.where.startswith("4")] == ["points_ode45"]
     broken = type(found)(**{**vars(found), "claims": again, "paper": given})
-    monkeypatch.setattr("qddot.runner.paper.command.reproduce", lambda path, bar, parameters: broken)
+    monkeypatch.setattr("qddot.paper.command.reproduce", lambda path, bar, parameters: broken)
     assert paper(path, tmp_path / "out", as_json=False) == 1
     assert "worse than when last looked at" in capsys.readouterr().out
     said = json.loads((tmp_path / "out" / "claims.json").read_text())

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 import qddot
-from qddot.runner.load import load
-from qddot.runner.modes import modes
-from qddot.runner.paper.claims import Judged, read, verdict
-from qddot.runner.paper.schema import Claim
-from qddot.runner.paper.studies import Studies
-from qddot.runner.paper.tables import claims_page
+from qddot import load, modes
+from qddot.paper.claims import Judged, read, verdict
+from qddot.paper.schema import Claim
+from qddot.paper.studies import Studies
+from qddot.paper.tables import claims_page
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper" / "paper.toml"

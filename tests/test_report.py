@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from qddot.runner.paper.command import PAPER
-from qddot.runner.paper.report import report
-from qddot.runner.report.page import Section, table, write_page
-from qddot.runner.report.pdf import browser, print_page
+from qddot.paper.command import PAPER
+from qddot.paper.report import report
+from qddot.report import Section, browser, print_page, table, write_page
 
 ROOT = Path(__file__).parent.parent
 BROWSER = browser()

@@ -13,10 +13,10 @@ from qddot.codegen.compare.tree import CompareError
 from qddot.codegen.slips import explained
 from qddot.codegen.sources import from_file
 from qddot.model.system import ModelError
+from qddot.paper.claims import read as read_claims
 from qddot.runner.command import show
 from qddot.runner.files import named_code
 from qddot.runner.identify.problem import read as read_identification
-from qddot.runner.paper.claims import read as read_claims
 from qddot.runner.report.tables import statistics
 from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.run import study_model

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from qddot.runner.paper.figures import draw_errors, draw_schemes
-from qddot.runner.paper.verification import REPORTED, verify
+from qddot.paper.verification import REPORTED, verify
+from qddot.paper.verification_figures import draw_errors, draw_schemes
 
 ROOT = Path(__file__).parent.parent
 

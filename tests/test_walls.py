@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ import qddot
 
 ROOT = Path(__file__).parent.parent
 
-ROOMS = {"units", "model", "codegen", "generated", "runner", "studies"}
+ROOMS = {"units", "model", "codegen", "generated", "runner", "paper", "studies"}
 
 #: What a room must not import: libraries, and rooms of ours. Of the front door, rooms may have its words alone.
 FORBIDDEN = {
@@ -44,7 +45,16 @@ def imports(path):
 @pytest.mark.parametrize("room", FORBIDDEN)
 def test_no_room_imports_what_it_must_not(room):
     for path in (ROOT / room).rglob("*.py"):
-        assert not set(imports(path)) & (FORBIDDEN[room] | {"qddot", "tests"}), path
+        assert not set(imports(path)) & (FORBIDDEN[room] | {"qddot", "qddot.paper", "tests"}), path
+
+
+def test_the_paper_is_written_with_public_names_alone():
+    public = {"qddot": qddot, **{f"qddot.{name}": import_module(f"qddot.{name}") for name in qddot.NAMESPACES}}
+    for path in (ROOT / "paper").rglob("*.py"):
+        for name in imported(path):
+            module, _, last = name.rpartition(".")
+            if name.partition(".")[0] == "qddot" and not name.startswith("qddot.paper."):
+                assert module in public and last in public[module].__all__, (path, name)
 
 
 def test_no_room_is_imported_by_its_bare_name():
@@ -74,7 +84,7 @@ def test_public_names_are_sorted_exist_and_are_documented():
 
 
 def test_no_file_evaluates_text():
-    for room in ("units", "model", "codegen", "runner"):
+    for room in ("units", "model", "codegen", "runner", "paper"):
         for path in (ROOT / room).rglob("*.py"):
             calls = {
                 node.func.id

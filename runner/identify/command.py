@@ -12,13 +12,13 @@ from qddot.runner.identify.judge import judge
 from qddot.runner.identify.problem import read
 from qddot.runner.identify.store import estimates, save
 from qddot.runner.identify.tables import estimates_table, observations_table, quality
-from qddot.runner.report.progress import late_bar
+from qddot.runner.report.progress import progress_bar
 
 
 def identify(path: Path, into: Path, as_json: bool) -> int:
     """Fit the unknowns; 1 where the search did not end at a minimum. Everything found is written either way."""
     problem = read(path)
-    with late_bar(path.stem) as bar:
+    with progress_bar(path.stem) as bar:
         found = fit(problem, bar)
     judgement = judge(problem, found)
     unknowns = estimates(problem, found, judgement)

@@ -4,14 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from qddot.runner.files import written_aside
 from qddot.runner.identify.fit import Fit
 from qddot.runner.identify.problem import Case, Problem
 from qddot.runner.identify.schema import Observation
-from qddot.runner.report.figures import COLOURS
+from qddot.runner.report.figures import COLOURS, panels, save
 from qddot.runner.solution import Solution
 
 _LARGEST = 1e-3
@@ -20,17 +17,12 @@ _LARGEST = 1e-3
 def draw(problem: Problem, fit: Fit, path: Path) -> Path:
     """One panel for each observation, its curve with the start's in grey; bars and points are two standard errors."""
     rows = problem.observations
-    figure = Figure(figsize=(8.0, 0.9 + 1.9 * len(rows)), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure, axes = panels(len(rows), 1.9, title=problem.given.title, below="t in s")
     fitted = {id(case): case.solution(problem.values(fit.x)) for case in problem.cases}
     begun = {id(case): case.solution(problem.values(problem.column("start"))) for case in problem.cases}
-    for axis, (case, each) in zip(figure.subplots(len(rows), squeeze=False)[:, 0], rows, strict=True):
+    for axis, (case, each) in zip(axes, rows, strict=True):
         _panel(axis, case, each, begun[id(case)], fitted[id(case)])
-    axis.set_xlabel("t in s")
-    figure.suptitle(problem.given.title, fontsize="medium")
-    with written_aside(path) as aside:
-        figure.savefig(aside, dpi=150, format="png")
-    return path
+    return save(figure, path)
 
 
 def _panel(axis: Any, case: Case, each: Observation, begun: Solution, fitted: Solution) -> None:
@@ -46,8 +38,6 @@ def _panel(axis: Any, case: Case, each: Observation, begun: Solution, fitted: So
     _observed(axis, each, scale, fitted)
     axis.set_title(f"{case.scenario.name}: {quantity.meaning or each.quantity}", fontsize="small", loc="left")
     axis.set_ylabel(unit)
-    axis.grid(color="0.9", linewidth=0.6)
-    axis.spines[["top", "right"]].set_visible(False)
     axis.margins(x=0.0, y=0.15)
     axis.legend(fontsize="x-small", frameon=False, loc="upper right", ncols=3)
 

@@ -10,11 +10,11 @@ from pydantic import ValidationError
 
 from qddot.runner.checks import unknown
 from qddot.runner.files import named_code
-from qddot.runner.identify.measure import measured
 from qddot.runner.identify.schema import Identification, Observation, Scenario
 from qddot.runner.inputs.csv_table import samples_from_csv
 from qddot.runner.inputs.tables import table_at
 from qddot.runner.load import Model
+from qddot.runner.metrics.reading import curve_at, reading
 from qddot.runner.solution import Solution
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.explain import explained
@@ -75,7 +75,7 @@ class Problem:
             solution = case.solution(self.values(x))
             pairs = zip(case.scenario.observations, case.observed, strict=True)
             try:
-                found += [measured(solution, each, times) for each, (times, _) in pairs]
+                found += [_said(solution, each, times) for each, (times, _) in pairs]
             except ValueError as error:
                 raise StudyError(f"{self.path}: scenario {case.scenario.name!r}: {error}") from error
         return found
@@ -86,6 +86,14 @@ class Problem:
         sigmas = [each.sigma for _, each in self.observations]
         rows = zip(self.computed(x), observed, sigmas, strict=True)
         return np.concatenate([(mine - theirs) / sigma for mine, theirs, sigma in rows])
+
+
+def _said(solution: Solution, each: Observation, times: Vector | None) -> Vector:
+    """What the run says where the observation has its number (1,), or its curve at `times` (n,)."""
+    if times is not None:
+        return curve_at(solution, each.quantity, times, change=each.change)
+    window = {"after": each.after, "before": each.before, "at": each.at}
+    return np.array([reading(solution, each.quantity, each.measure, change=each.change, **window)])
 
 
 def read(path: Path) -> Problem:

@@ -1,13 +1,11 @@
 """What may stand in an identification: unknowns, scenarios, and what was observed in each."""
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field, model_validator
 
+from qddot.runner.metrics.reading import Reading
 from qddot.runner.study.base import Real, Table, Whole
-
-#: What is taken of a quantity within the window of an observation.
-Measure = Literal["greatest", "least", "range", "largest", "final", "rms", "at"]
 
 
 class Unknown(Table):
@@ -49,7 +47,7 @@ class Observation(Table):
     change: bool = False
     source: str = ""
     value: Real | None = None
-    measure: Measure = "greatest"
+    measure: Reading = "greatest"
     after: Real | None = None
     before: Real | None = None
     at: Real | None = None

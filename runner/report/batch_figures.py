@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from qddot.runner.batch.engine import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.checks import unknown
-from qddot.runner.report.figures import COLOURS, save
+from qddot.runner.report.figures import COLOURS, panels, save
 
 #: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
 MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7
@@ -81,10 +81,9 @@ def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
     units: dict[str, list[str]] = {}
     for name in metrics:
         units.setdefault(results.unit(name), []).append(name)
-    panels = list(units.values())
-    figure, axes = _panels(results.heading, len(panels))
+    figure, axes = panels(len(units), 2.2, title=results.heading, share_x=True)
     x, order = _positions(results, axis)
-    for panel, names in zip(axes, panels, strict=True):
+    for panel, names in zip(axes, units.values(), strict=True):
         colours = iter(COLOURS * 20)
         for name in names:
             _series(results, panel, name, axis, x, colours)
@@ -146,11 +145,11 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
     columns = min(2, len(metrics))
     rows = -(-len(metrics) // columns)
     figure = Figure(figsize=(4.6 * columns + 0.4, 3.7 * rows + 0.5), layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for panel in panels[len(metrics) :]:
+    maps = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel in maps[len(metrics) :]:
         panel.remove()
     x, y = (_positions(results, axis)[0] for axis in axes)
-    for panel, name in zip(panels, metrics, strict=False):
+    for panel, name in zip(maps, metrics, strict=False):
         drawn = _map(panel, x, y, results.column(name))
         figure.colorbar(drawn, ax=panel, label=_label(results, name))
         for best in results.best_first(name)[:1]:
@@ -185,7 +184,7 @@ def _trajectories(results: Results, runs: Sequence[int]) -> Figure:
             raise ValueError(f"--runs: there is no run {run}; the runs are 0 to {len(results.status) - 1}")
         if results.status[run] == NOT_RUN:
             raise ValueError(f"--runs: run {run} is not computed yet; the batch is {results.partial}")
-    figure, axes = _panels(results.heading, len(results.kept))
+    figure, axes = panels(len(results.kept), 2.2, title=results.heading, share_x=True)
     t = results.data["time"].to_numpy()
     for panel, name in zip(axes, results.kept, strict=True):
         for run, colour in zip(runs, COLOURS, strict=False):
@@ -196,17 +195,6 @@ def _trajectories(results: Results, runs: Sequence[int]) -> Figure:
     _legend(axes[0])
     axes[-1].set_xlabel("t in s")
     return figure
-
-
-def _panels(title: str, count: int) -> tuple[Figure, Any]:
-    """A figure of panels, one under the other."""
-    figure = Figure(figsize=(8.0, 1.0 + 2.2 * count), layout="constrained")
-    axes = figure.subplots(count, sharex=True, squeeze=False)[:, 0]
-    for panel in axes:
-        panel.grid(color="0.9", linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(title, fontsize="medium")
-    return figure, axes
 
 
 def _legend(panel: Any) -> None:

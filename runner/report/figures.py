@@ -33,10 +33,31 @@ def draw(curves: "Curves", path: Path) -> Path:
     return save(figure, path)
 
 
-def dress(axis: Axes, columns: int) -> None:
-    """A light grid, no box, and a legend of so many columns above."""
+def panels(
+    count: int, height: float = 2.9, *, title: str = "", below: str = "", share_x: bool = False
+) -> tuple[Figure, list[Axes]]:
+    """A figure of so many panels under each other, each `height` inches high, on a light grid and without a box.
+
+    below: what stands below the last panel. share_x: one horizontal axis for all, its numbers below the last panel.
+    """
+    figure = Figure(figsize=(8.0, 1.0 + height * count), layout="constrained")
+    axes = list(figure.subplots(count, sharex=share_x, squeeze=False)[:, 0])
+    for axis in axes:
+        lighten(axis)
+    axes[-1].set_xlabel(below)
+    figure.suptitle(title, fontsize="medium")
+    return figure, axes
+
+
+def lighten(axis: Axes) -> None:
+    """A light grid and no box."""
     axis.grid(color="0.9", linewidth=0.6)
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def dress(axis: Axes, columns: int) -> None:
+    """A light grid, no box, and a legend of so many columns above."""
+    lighten(axis)
     axis.margins(x=0.0, y=0.15)
     corner = (1.0, 1.0)
     axis.legend(

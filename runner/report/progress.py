@@ -40,7 +40,7 @@ class LateBar:
 
 
 @contextmanager
-def late_bar(what: str) -> Iterator[LateBar]:
+def progress_bar(what: str) -> Iterator[LateBar]:
     """A bar for the length of a block."""
     bar = LateBar(what)
     try:

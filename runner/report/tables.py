@@ -71,7 +71,7 @@ def statistics(solution: Solution, compiled_for: float = 0.0) -> str:
     return ", ".join(parts) + (f"; compiled once in {compiled_for:.1f} s" if compiled_for else "")
 
 
-def methods() -> Table:
+def method_table() -> Table:
     """Every integration method."""
     table = plain_table("", "method", "order", "stages", "step", "stiff", "source")
     for method in METHODS.values():
@@ -82,7 +82,7 @@ def methods() -> Table:
     return table
 
 
-def metrics() -> Table:
+def metric_table() -> Table:
     """Every metric of a batch."""
     table = plain_table("", "metric", "takes", "meaning")
     for name, kind in METRICS.items():

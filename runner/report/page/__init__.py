@@ -11,14 +11,18 @@ from typing import Any
 from qddot.runner.files import written_aside
 
 _HERE = Path(__file__).parent
+#: What the last line of the page's script does: nothing before it failed.
+_READY = 'document.documentElement.dataset.ready = "yes";'
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page: its title, and its content as HTML."""
+    """A part of the page: its title, and its content as HTML; style and script: of its own, beside the page's."""
 
     title: str
     content: str
+    style: str = ""
+    script: str = ""
 
     @property
     def anchor(self) -> str:
@@ -31,10 +35,13 @@ def write_page(
     title: str,
     source: str,
     sections: Sequence[Section],
-    plots: Sequence[Any],
-    ride: Mapping[str, Any] | None,
+    plots: Sequence[Any] = (),
+    data: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write the page. plots: what `plot` shows, in order; ride: what is animated, or None. All numbers are finite."""
+    """Write the page. plots: what `plot` shows, in order. data: what scripts of sections read as `data.own`.
+
+    Raises ValueError where a number in plots or data is not finite.
+    """
     from plotly.offline import get_plotlyjs  # noqa: PLC0415 - slow to import
 
     contents = "".join(f'<li><a href="#{each.anchor}">{escape(each.title)}</a></li>' for each in sections)
@@ -43,20 +50,26 @@ def write_page(
         f"{each.content}</section>"
         for each in sections
     )
-    data = json.dumps({"plots": list(plots), "ride": ride}, allow_nan=False, separators=(",", ":"))
-    text = Template((_HERE / "page.html").read_text("utf-8")).substitute(
+    known = json.dumps({"plots": list(plots), "own": dict(data or {})}, allow_nan=False, separators=(",", ":"))
+    styles = [_file("page.css"), *(each.style for each in sections if each.style)]
+    scripts = [_file("page.js"), *(f"{{\n{each.script}}}" for each in sections if each.script), _READY]
+    text = Template(_file("page.html")).substitute(
         title=escape(title),
         source=escape(source),
         contents=contents,
         main=main,
-        data=data.replace("<", "\\u003c"),
-        style=(_HERE / "page.css").read_text("utf-8"),
-        script=(_HERE / "page.js").read_text("utf-8"),
+        data=known.replace("<", "\\u003c"),
+        style="\n".join(styles),
+        script="\n".join(scripts),
         plotly=get_plotlyjs().replace("</script", "<\\/script"),
     )
     with written_aside(path) as aside:
         aside.write_text(text, encoding="utf-8")
     return path
+
+
+def _file(name: str) -> str:
+    return (_HERE / name).read_text("utf-8")
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], numbers: Sequence[int] = (), kind: str = "") -> str:

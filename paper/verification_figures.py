@@ -3,17 +3,15 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from qddot.runner.files import written_aside
-from qddot.runner.paper.verification import Verification
-from qddot.runner.report.figures import COLOURS
+from qddot.drawing import COLOURS, panels, save
+from qddot.paper.verification import Verification
 
 
 def draw_schemes(verification: Verification, path: Path) -> Path:
     """Fig. 2: displacement by Euler's method, which drifts away, and by ODE45 beside the analytic solution."""
-    figure, axes = axes_of(2)
+    title = f"Integration schemes, {verification.parameter_set} (Fig. 2)"
+    figure, axes = panels(2, title=title, below="t in s")
     names = ("Euler", *(row.scheme for row in verification.rows if row.scheme != "Euler"))
     for axis, window in zip(axes, ((0.0, 1.0), (0.9, 1.0)), strict=True):
         for scheme, colour in zip(names, COLOURS, strict=False):
@@ -28,36 +26,17 @@ def draw_schemes(verification: Verification, path: Path) -> Path:
         axis.set_xlim(window)
     axes[0].legend(fontsize="small", ncols=4, frameon=False, loc="upper left")
     axes[0].margins(y=0.3)
-    return saved(figure, axes, f"Integration schemes, {verification.parameter_set} (Fig. 2)", path)
+    return save(figure, path)
 
 
 def draw_errors(verification: Verification, path: Path) -> Path:
     """Fig. 3: the error of every scheme over time, on a logarithmic scale."""
-    figure, axes = axes_of(1)
+    title = f"Errors of the schemes, {verification.parameter_set} (Fig. 3)"
+    figure, axes = panels(1, title=title, below="t in s")
     for row, colour in zip(verification.rows, COLOURS, strict=False):
         error = np.maximum.accumulate(np.abs(row.error))
         axes[0].semilogy(row.solution.t[1:], error[1:], color=colour, linewidth=1.2, label=row.scheme)
     axes[0].set_ylim(bottom=1e-13)  # below, only the first steps of some schemes
     axes[0].set_ylabel("largest error of $q_2$ so far, in m")
     axes[0].legend(fontsize="small", ncols=3, frameon=False, loc="lower right")
-    return saved(figure, axes, f"Errors of the schemes, {verification.parameter_set} (Fig. 3)", path)
-
-
-def axes_of(rows: int, height: float = 2.9) -> tuple[Figure, list]:
-    """A figure with this many panels under each other, each `height` inches high."""
-    figure = Figure(figsize=(8.0, 1.0 + height * rows), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = list(figure.subplots(rows, squeeze=False)[:, 0])
-    for axis in axes:
-        axis.grid(color="0.9", linewidth=0.6)
-        axis.spines[["top", "right"]].set_visible(False)
-    return figure, axes
-
-
-def saved(figure: Figure, axes: list, title: str, path: Path, below: str = "t in s") -> Path:
-    """Write the figure with its title and what stands below its last panel."""
-    axes[-1].set_xlabel(below)
-    figure.suptitle(title, fontsize="medium")
-    with written_aside(path) as aside:
-        figure.savefig(aside, dpi=150, format="png")
-    return path
+    return save(figure, path)

@@ -5,15 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
-from qddot.runner.checks import unknown
-from qddot.runner.files import named_code
-from qddot.runner.paper.schema import Claim, Paper, Verdict
-from qddot.runner.paper.studies import Studies
-from qddot.runner.study.explain import explained
-from qddot.runner.study.read import StudyError, place
-from qddot.runner.study.toml import tables_of, text_of
+from qddot import StudyError, toml
+from qddot.paper.schema import Claim, Paper, Verdict
+from qddot.paper.studies import Studies
 
 
 @dataclass(frozen=True)
@@ -38,25 +33,7 @@ class Judged:
 
 def read(path: Path) -> Paper:
     """Read settings and claims. Raises StudyError naming file, line and key."""
-    try:
-        text = text_of(path)
-        paper = Paper.model_validate(tables_of(text))
-    except ValidationError as error:
-        raise StudyError(explained(path, text, error, Paper)) from None
-    except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: {error}") from None
-    _check_studies(path, text, paper)
-    return paper
-
-
-def _check_studies(path: Path, text: str, paper: Paper) -> None:
-    named = {f"{name}.study": getattr(paper, name).study for name in ("cost", "firing", "drive", "phase")}
-    named |= {f"claims.{name}.run.study": claim.run.study for name, claim in paper.claims.items() if claim.run}
-    for key, study in named.items():
-        try:
-            named_code(path.parent, study)
-        except ValueError as error:
-            raise StudyError(f"{place(path, key, text)}: {error}") from None
+    return toml.read(path, Paper)
 
 
 def judge(paper: Paper, studies: Studies, numbers: Mapping[str, float]) -> tuple[Judged, ...]:
@@ -68,7 +45,7 @@ def judge(paper: Paper, studies: Studies, numbers: Mapping[str, float]) -> tuple
         elif claim.number is not None and claim.number in numbers:
             computed = numbers[claim.number]
         else:
-            raise StudyError(f"claim {name}: {unknown('number', claim.number, numbers)}")
+            raise StudyError(f"claim {name}: {toml.unknown('number', claim.number, numbers)}")
         found.append(Judged(name, claim, computed / claim.scale, verdict(claim, computed / claim.scale)))
     return tuple(found)
 

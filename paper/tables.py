@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from qddot.runner.paper.claims import Judged
-from qddot.runner.paper.cost import Cost
-from qddot.runner.paper.drive import Drive
-from qddot.runner.paper.reproduce import Reproduction
-from qddot.runner.report.tables import plain_table
+from qddot.paper.claims import Judged
+from qddot.paper.cost import Cost
+from qddot.paper.driving import Driving
+from qddot.paper.reproduce import Reproduction
+from qddot.report import plain_table
 
 _COLOURS = {"holds": "green", "rests on an assumption": "yellow", "differs": "red"}
 
@@ -78,13 +78,13 @@ def cheapest_table(cost: Cost) -> Table:
     return table
 
 
-def speeds_table(drive: Drive) -> Table:
+def speeds_table(driving: Driving) -> Table:
     """Hull over road at the paper's speeds: quantiles over the roads, and what shots add."""
-    counts = sorted(drive.speeds[0].ratios)
+    counts = sorted(driving.speeds[0].ratios)
     heads = ("5 %", "median", "95 %", "roads where\nhull < road", *(f"{n} shots\nadd" for n in counts if n))
-    title = f"Hull's amplitude over the road's on {len(drive.permissible)} roads (section 4)"
+    title = f"Hull's amplitude over the road's on {len(driving.permissible)} roads (section 4)"
     table = plain_table(title, "speed", *heads, numbers=len(heads))
-    for each in drive.speeds:
+    for each in driving.speeds:
         quantiles = (f"{value:.3g}" for value in np.quantile(each.ratios[0], [0.05, 0.5, 0.95]))
         added = (f"{100 * each.added(n):+.2g} %" for n in counts if n)
         table.add_row(f"{each.speed:g} km/h", *quantiles, f"{np.mean(each.ratios[0] <= 1.0):.0%}", *added)
@@ -93,7 +93,7 @@ def speeds_table(drive: Drive) -> Table:
 
 def notes(found: Reproduction) -> Iterator[str]:
     """What the tables do not say: quantiles of the speed, bursts, assumptions, the count of verdicts."""
-    low, median, high = np.quantile(found.drive.permissible, [0.05, 0.5, 0.95])
+    low, median, high = np.quantile(found.driving.permissible, [0.05, 0.5, 0.95])
     yield f"permissible speed: median {median:.3g} km/h, 5 to 95 % of the roads {low:.3g} to {high:.3g} km/h"
     for burst in found.firing.bursts:
         unit = found.firing.units[burst.quantity]

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from qddot.runner.paper.cost import Cost
-from qddot.runner.paper.drive import QUANTILES, Drive
-from qddot.runner.paper.figures import axes_of, saved
-from qddot.runner.paper.firing import Firing
-from qddot.runner.paper.phase import Phase
-from qddot.runner.paper.reproduce import Reproduction
-from qddot.runner.report.figures import COLOURS
+from qddot.drawing import COLOURS, panels, save
+from qddot.paper.cost import Cost
+from qddot.paper.driving import QUANTILES, Driving
+from qddot.paper.firing import Firing
+from qddot.paper.phase import Phase
+from qddot.paper.reproduce import Reproduction
 
 _SCALED = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
 _SHOTS = ("no shot", "one shot", "two shots", "three shots")
@@ -24,36 +23,33 @@ def draw_all(found: Reproduction, into: Path) -> Iterator[Path]:
     yield draw_cost(found.cost, into / "cost.png")
     yield draw_firing(found.firing, found.paper.firing.paper_interval, into / "firing.png")
     yield draw_phase(found.phase, into / "phase.png")
-    yield draw_drive(found.drive, into / "figures_10_to_12.png")
-    yield draw_permissible(found.drive, into / "permissible_speed.png")
+    yield draw_driving(found.driving, into / "figures_10_to_12.png")
+    yield draw_permissible(found.driving, into / "permissible_speed.png")
 
 
 def draw_shots(found: Reproduction, path: Path) -> Path:
     """Figs. 5 to 7: the assumed force, the hull after one, two and three shots, the barrel end after two."""
     study, interval = found.paper.firing.study, found.paper.firing.paper_interval
     first, short = found.paper.firing.first, 1.07
-    figure, axes = axes_of(3)
+    title = "Shots as of ten 12.7 mm rounds (assumed): force, hull, barrel end; dotted: the paper's 19, 25, 11 mm"
+    figure, axes = panels(3, title=title, below="t in s")
+    vehicle = found.studies.study(study)
     runs = {name: [first + k * interval for k in range(n)] for n, name in enumerate(_SHOTS) if n}
     pairs = {"intervals 1.85 s": [first, first + interval], "intervals 1.07 s": [first, first + short]}
-    for axis, quantity, cases in ((axes[1], "heave", runs), (axes[2], "barrel_end", pairs)):
-        for (name, times), colour in zip(cases.items(), COLOURS, strict=False):
-            given = found.studies.case(study, {"inputs.F.times": times})
-            run = given.run("exact", {"step": 0.01})
+    for axis, quantity, salvos in ((axes[1], "heave", runs), (axes[2], "barrel_end", pairs)):
+        for (name, times), colour in zip(salvos.items(), COLOURS, strict=False):
+            fired = vehicle.changed({"inputs.F.times": times})
+            run = fired.run(method="exact", step=0.01)
             axis.plot(run.t, 1e3 * (run[quantity] - run[quantity][0]), color=colour, linewidth=1.2, label=name)
             if name == "one shot":
-                _force(axes[0], given.run("exact", {"step": 1e-3}))
+                _force(axes[0], fired.run(method="exact", step=1e-3))
         axis.set_ylabel(f"{quantity.replace('_', ' ')}, mm")
         axis.legend(fontsize="small", frameon=False, loc="upper right", ncols=3)
     for value in (19, 25, 11):
         axes[2].axhline(value, color="0.6", linewidth=0.8, linestyle=":")
     axes[2].margins(y=0.25)
     axes[1].margins(y=0.25)
-    return saved(
-        figure,
-        axes,
-        "Shots as of ten 12.7 mm rounds (assumed): force, hull, barrel end; dotted: the paper's 19, 25, 11 mm",
-        path,
-    )
+    return save(figure, path)
 
 
 def _force(axis: Any, run: Any) -> None:
@@ -63,7 +59,8 @@ def _force(axis: Any, run: Any) -> None:
 
 def draw_cost(cost: Cost, path: Path) -> Path:
     """Error against computing time for every method, the limit, and the paper's three settings."""
-    figure, axes = axes_of(1, 5.0)
+    title = "One shot, 10 s: error against computing time; dotted: 0.05 %"
+    figure, axes = panels(1, 5.0, title=title, below="computing time, ms")
     for (method, (errors, seconds)), colour in zip(cost.curves.items(), COLOURS * 2, strict=False):
         style = "-" if list(cost.curves).index(method) < len(COLOURS) else "--"
         axes[0].loglog(1e3 * seconds, 100 * errors, style, color=colour, marker=".", linewidth=1.0, label=method)
@@ -75,15 +72,14 @@ def draw_cost(cost: Cost, path: Path) -> Path:
     axes[0].set_ylabel("largest error at 1.648 and 2.356 s, %")
     axes[0].set_ylim(top=1e3)
     axes[0].legend(fontsize="x-small", frameon=False, ncols=2)
-    return saved(
-        figure, axes, "One shot, 10 s: error against computing time; dotted: 0.05 %", path, "computing time, ms"
-    )
+    return save(figure, path)
 
 
 def draw_firing(firing: Firing, interval: float, path: Path) -> Path:
     """What swings after the last of 2, 3, 8 shots at equal intervals, and the best and worst bursts."""
     quantities = list(firing.units)
-    figure, axes = axes_of(len(quantities))
+    title = "Largest change after the last shot by the interval between shots; dotted: the paper's 1.85 s"
+    figure, axes = panels(len(quantities), title=title, below="interval, s")
     for axis, quantity in zip(axes, quantities, strict=True):
         unit = _SCALED.get(firing.units[quantity], (1.0, firing.units[quantity]))
         for series, colour in zip(firing.series, COLOURS, strict=False):
@@ -94,58 +90,56 @@ def draw_firing(firing: Firing, interval: float, path: Path) -> Path:
         axis.set_ylabel(f"{quantity.replace('_', ' ')}, {unit[1]}")
         axis.margins(x=0.0, y=0.2)
         axis.legend(fontsize="small", frameon=False, ncols=3, loc="upper left")
-    title = "Largest change after the last shot by the interval between shots; dotted: the paper's 1.85 s"
-    return saved(figure, axes, title, path, "interval, s")
+    return save(figure, path)
 
 
 def draw_phase(phase: Phase, path: Path) -> Path:
     """The swing after two shots over the time of the first and the interval, above the ride without shots."""
-    figure, axes = axes_of(2)
+    title = "Two 30 mm shots on the plough at 20 km/h: largest displacement after the second, beside no shots"
+    figure, axes = panels(2, title=title, below="time of the first shot, s")
     axes[0].plot(phase.t, 1e3 * phase.ride, color=COLOURS[0], linewidth=1.2)
     axes[0].set_ylabel(f"{phase.quantity} without shots, mm")
     change = 100 * (phase.swings / phase.unfired - 1)
     bound = float(np.abs(change).max())
-    kind = {"cmap": "RdBu_r", "vmin": -bound, "vmax": bound, "shading": "auto"}
-    mesh = axes[1].pcolormesh(phase.first, phase.intervals, change.T, **kind)
+    x, y, colours = phase.first, phase.intervals, "RdBu_r"
+    mesh = axes[1].pcolormesh(x, y, change.T, cmap=colours, vmin=-bound, vmax=bound, shading="auto")
     figure.colorbar(mesh, ax=axes[1], label="change by the shots, %")
     axes[1].set_ylabel("interval, s")
     axes[1].grid(visible=False)
     for axis in axes:
         axis.set_xlim(phase.first[0], phase.first[-1])
-    title = "Two 30 mm shots on the plough at 20 km/h: largest displacement after the second, beside no shots"
-    return saved(figure, axes, title, path, "time of the first shot, s")
+    return save(figure, path)
 
 
-def draw_drive(drive: Drive, path: Path) -> Path:
+def draw_driving(driving: Driving, path: Path) -> Path:
     """Figs. 10 to 12: hull and road at each speed, without shots and with three."""
-    figure, axes = axes_of(len(drive.samples))
-    for axis, sample in zip(axes, drive.samples, strict=True):
+    title = "Frozen plough, one of the random roads: displacement of hull and road (Figs. 10 to 12)"
+    figure, axes = panels(len(driving.samples), title=title, below="t in s")
+    for axis, sample in zip(axes, driving.samples, strict=True):
         axis.plot(sample.t, 1e3 * sample.road, color="0.7", linewidth=1.0, label="road")
         for shots, colour in ((0, COLOURS[0]), (max(sample.heave), COLOURS[1])):
             axis.plot(sample.t, 1e3 * sample.heave[shots], color=colour, linewidth=1.1, label=f"hull, {_SHOTS[shots]}")
         axis.set_ylabel(f"{sample.speed:g} km/h, mm")
         axis.margins(x=0.0, y=0.25)
         axis.legend(fontsize="small", frameon=False, ncols=3, loc="upper right")
-    return saved(
-        figure, axes, "Frozen plough, one of the random roads: displacement of hull and road (Figs. 10 to 12)", path
-    )
+    return save(figure, path)
 
 
-def draw_permissible(drive: Drive, path: Path) -> Path:
+def draw_permissible(driving: Driving, path: Path) -> Path:
     """The ratio of hull to road over the roads at each speed, and the permissible speeds."""
-    figure, axes = axes_of(2)
-    for each, colour in zip(drive.speeds, COLOURS, strict=False):
+    title = f"{len(driving.permissible)} random roads; black: quantiles 5, 50, 95 %"
+    figure, axes = panels(2, title=title, below="speed above which the hull outgrows the road, km/h")
+    for each, colour in zip(driving.speeds, COLOURS, strict=False):
         label = f"{each.speed:g} km/h, no shots"
         axes[0].hist(each.ratios[0], bins=30, histtype="step", linewidth=1.4, color=colour, label=label)
     axes[0].axvline(1.0, color="0.5", linewidth=0.9, linestyle=":")
     axes[0].set_xlabel("hull's amplitude over the road's")
     axes[0].set_ylabel("roads")
     axes[0].legend(fontsize="small", frameon=False)
-    axes[1].hist(drive.permissible, bins=30, color=COLOURS[0], alpha=0.7)
+    axes[1].hist(driving.permissible, bins=30, color=COLOURS[0], alpha=0.7)
     for level in QUANTILES.values():
-        axes[1].axvline(float(np.quantile(drive.permissible, level)), color="k", linewidth=0.9)
+        axes[1].axvline(float(np.quantile(driving.permissible, level)), color="k", linewidth=0.9)
     axes[1].axvline(20.0, color=COLOURS[1], linewidth=1.4, label="the paper's 20 km/h")
     axes[1].set_ylabel("roads")
     axes[1].legend(fontsize="small", frameon=False)
-    title = f"{len(drive.permissible)} random roads; black: quantiles 5, 50, 95 %"
-    return saved(figure, axes, title, path, "speed above which the hull outgrows the road, km/h")
+    return save(figure, path)

@@ -1,12 +1,14 @@
-"""The vehicle as a picture, and the ride that moves it: axles, springs, hull, gun, road."""
+"""The vehicle as a picture, and the ride that moves it: axles, springs, hull, gun, road. `scene.js` moves it."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from qddot.runner.paper.studies import case
+from qddot import read_study
+from qddot.report import Section
 
+_HERE = Path(__file__).parent
 #: Samples of the ride, s, and of the road, m.
 _STEP, _ROAD_STEP = 0.02, 0.05
 _SPEED = 20 / 3.6
@@ -14,8 +16,14 @@ _SHOTS = (3.0, 4.85, 6.7)
 _END = 12.0
 
 
-def scene() -> str:
-    """The SVG with its controls; the script of the page moves what has an id."""
+def ride_section(more: str) -> Section:
+    """The section of the moving vehicle, with more HTML below it; its script reads what `ride_data` gives."""
+    style, script = ((_HERE / name).read_text("utf-8") for name in ("scene.css", "scene.js"))
+    return Section("The ride", _picture() + more, style, script)
+
+
+def _picture() -> str:
+    """The SVG with its controls; the script moves what has an id."""
     wheels = "".join(
         f'<path id="spring{i}" fill="none" stroke="currentColor" stroke-width="1.5"/>'
         f'<g id="wheel{i}"><circle r="27" fill="none" stroke="currentColor" stroke-width="5"/>'
@@ -45,14 +53,14 @@ Displacements are drawn to scale.</p>
 def ride_data(study: Path) -> dict[str, Any]:
     """What the script needs: samples of the ride, changes since the start, and the road by place."""
     changes = {"road.speed": _SPEED, "inputs.F.times": list(_SHOTS), "span": [0.0, _END]}
-    given = case(study, changes)
+    vehicle = read_study(study, changes)
     times = np.arange(0.0, _END + 0.5 * _STEP, _STEP)
-    run = given.run("exact", {"output_times": np.minimum(times, _END)})
+    run = vehicle.run(method="exact", output_times=np.minimum(times, _END))
     keep = np.searchsorted(run.t, np.minimum(times, _END) - 1e-9)
-    places = given.model.positions(given.model.parameter_values(given.parameters))
+    places = vehicle.model.positions(vehicle.model.parameter_values(vehicle.arguments["parameters"]))
     ahead = [places[f"z_{i}"] for i in range(1, 6)]
     start = -2.0
-    fine = given.run("exact", {"output_times": np.linspace(0.0, _END, 4001)})
+    fine = vehicle.run(method="exact", output_times=np.linspace(0.0, _END, 4001))
     x = start + _SPEED * fine.t + max(ahead)
     road_start = start - 6.0
     along = np.arange(road_start, x[-1], _ROAD_STEP)

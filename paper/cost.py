@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.methods import METHODS
-from qddot.runner.paper.schema import CostCase, CostSettings
-from qddot.runner.paper.studies import Case, Studies
-from qddot.runner.simulate import IntegrationError
-from qddot.runner.solution import Solution
+from qddot import IntegrationError, Solution, Study, methods
+from qddot.paper.schema import CostSettings, MethodSettings
+from qddot.paper.studies import Studies
 
 Vector = NDArray[np.float64]
 
@@ -25,7 +23,7 @@ CONFIRMED = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class Trial:
     """A method at one setting: the error at the times, relative to the displacement there, and what it costs."""
 
     name: str
@@ -44,8 +42,8 @@ class Cost:
     """
 
     limit: float
-    paper: tuple[Row, ...]
-    cheapest: tuple[Row, ...]
+    paper: tuple[Trial, ...]
+    cheapest: tuple[Trial, ...]
     curves: dict[str, tuple[Vector, Vector]]
     largest_error_time: dict[str, float]
 
@@ -68,36 +66,35 @@ class Cost:
 
 def cost(settings: CostSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Cost:
     """Measure the paper's cases and look for the cheapest setting of every method."""
-    given = studies.case(settings.study)
-    judge = _Judge(given, settings)
-    paper = tuple(judge.row(name, each.method, each.options) for name, each in settings.paper.items())
-    names = [name for name in METHODS if name not in ("exact", "euler")]
+    trials = _Trials(studies.study(settings.study), settings)
+    paper = tuple(trials.row(name, each.method, each.options) for name, each in settings.paper.items())
+    names = [name for name in methods() if name not in ("exact", "euler")]
     cheapest, curves = [], {}
     for k, name in enumerate(names):
-        rows = list(judge.search(name))
+        rows = list(trials.search(name))
         curves[name] = (np.array([row.error for row in rows]), np.array([row.seconds for row in rows]))
-        cheapest += [judge.timed(row) for row in _first_below(rows, settings.limit)]
+        cheapest += [trials.timed(row) for row in _first_below(rows, settings.limit)]
         if progress is not None:
             progress((k + 1) / len(names))
-    cheapest.append(judge.row("exact", "exact", {}))
-    times = {name: judge.largest_error_time(each) for name, each in settings.paper.items()}
+    cheapest.append(trials.row("exact", "exact", {}))
+    times = {name: trials.largest_error_time(each) for name, each in settings.paper.items()}
     return Cost(settings.limit, paper, tuple(sorted(cheapest, key=lambda row: row.seconds)), curves, times)
 
 
-def _first_below(rows: list[Row], limit: float) -> list[Row]:
+def _first_below(rows: list[Trial], limit: float) -> list[Trial]:
     """The loosest setting that is below the limit, with all tried behind it."""
     good = [row.error <= limit for row in rows]
     return next(([rows[k]] for k in range(len(rows)) if all(good[k:])), [])
 
 
-class _Judge:
-    def __init__(self, given: Case, settings: CostSettings) -> None:
-        self._case, self._settings = given, settings
+class _Trials:
+    def __init__(self, study: Study, settings: CostSettings) -> None:
+        self._study, self._settings = study, settings
         exact = self._run("exact", {})
         self._exact = self._values(exact)
         self._size = np.abs(self._exact - exact[settings.quantity][0])
 
-    def search(self, method: str) -> Iterator[Row]:
+    def search(self, method: str) -> Iterator[Trial]:
         """Ever finer settings, until a few in a row are below the limit."""
         below = 0
         for options in _options(method):
@@ -110,33 +107,33 @@ class _Judge:
             if below > CONFIRMED:
                 return
 
-    def row(self, name: str, method: str, options: dict[str, Any], repeats: int | None = None) -> Row:
+    def row(self, name: str, method: str, options: dict[str, Any], repeats: int | None = None) -> Trial:
         solution = self._run(method, options)
         seconds = solution.statistics.wall_time
         for _ in range((self._settings.repeats if repeats is None else repeats) - 1):
             seconds = min(seconds, self._run(method, options).statistics.wall_time)
         error = float((np.abs(self._values(solution) - self._exact) / self._size).max())
         counts = solution.statistics
-        return Row(name, method, _setting(options), error, counts.steps, counts.evaluations, seconds)
+        return Trial(name, method, _setting(options), error, counts.steps, counts.evaluations, seconds)
 
-    def largest_error_time(self, given: CostCase) -> float:
+    def largest_error_time(self, given: MethodSettings) -> float:
         """When the error of the quantity is largest, to 2 ms."""
-        start, end = self._case.span
+        start, end = self._study.span
         times = {"output_times": np.linspace(start, end, round((end - start) / 2e-3) + 1)}
         runs = (
-            self._case.run(method, {**options, **times})
+            self._study.run(method=method, **{**options, **times})
             for method, options in ((given.method, given.options), ("exact", {}))
         )
         one, other = runs
         return float(one.t[np.argmax(np.abs(one[self._settings.quantity] - other[self._settings.quantity]))])
 
-    def timed(self, row: Row) -> Row:
+    def timed(self, row: Trial) -> Trial:
         """The same setting timed with all repeats."""
         options = next(each for each in _options(row.method) if _setting(each) == row.setting)
         return self.row(row.name, row.method, options)
 
     def _run(self, method: str, options: dict[str, Any]) -> Solution:
-        return self._case.run(method, {"output_times": self._settings.times, **options})
+        return self._study.run(method=method, **{"output_times": self._settings.times, **options})
 
     def _values(self, solution: Solution) -> Vector:
         places = np.searchsorted(solution.t, np.array(self._settings.times) - 1e-9)
@@ -144,7 +141,7 @@ class _Judge:
 
 
 def _options(method: str) -> list[dict[str, Any]]:
-    if METHODS[method].adaptive:
+    if methods()[method].adaptive:
         return [{"rtol": rtol, "atol": ABSOLUTE * rtol} for rtol in TOLERANCES]
     return [{"step": step} for step in STEPS]
 

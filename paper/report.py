@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.load import load
-from qddot.runner.modes import modes
-from qddot.runner.paper.claims import read
-from qddot.runner.paper.scene import ride_data, scene
-from qddot.runner.paper.studies import case
-from qddot.runner.paper.verification import verify
-from qddot.runner.report.figures import COLOURS
-from qddot.runner.report.page import Section, plot, table, write_page
+from qddot import load, modes, read_study
+from qddot.drawing import COLOURS
+from qddot.paper.claims import read
+from qddot.paper.scene import ride_data, ride_section
+from qddot.paper.verification import verify
+from qddot.report import Section, plot, table, write_page
 
 Vector = NDArray[np.float64]
 
@@ -41,7 +39,7 @@ def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> P
     plots: list[dict[str, Any]] = []
     paper = read(paper_file)
     sections = [
-        Section("The ride", scene() + _ride_plot(paper_file.parent, plots)),
+        ride_section(_ride_plot(paper_file.parent, plots)),
         Section("Shots standing still", _shots(paper_file.parent, paper.assumptions["pulse"], plots)),
         Section("Claims of the paper", _claims(said["claims"], paper.assumptions)),
         Section("Verification", _verification()),
@@ -59,7 +57,7 @@ def _curve(name: str, x: Vector, y: Vector, colour: str, digits: int = 3) -> dic
 
 
 def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
-    run = case(folder / "drive.toml").run("exact", {"output_times": np.linspace(0.0, 15.0, 1501)})
+    run = read_study(folder / "drive.toml").run(method="exact", output_times=np.linspace(0.0, 15.0, 1501))
     road, heave = (1e3 * (run[name] - run[name][0]) for name in ("z_3", "heave"))
     curves = [_curve("road under axle 3", run.t, road, "#999999"), _curve("hull", run.t, heave, COLOURS[0])]
     plots.append({"name": "ride", "x": "t in s", "y": "mm", "traces": curves})
@@ -67,13 +65,12 @@ def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
 
 
 def _shots(folder: Path, pulse: str, plots: list[dict[str, Any]]) -> str:
-    cases = {"one shot": [1.0], "two, 1.85 s apart": [1.0, 2.85], "two, 1.07 s apart": [1.0, 2.07]}
-    cases["three, 1.85 s apart"] = [1.0, 2.85, 4.7]
+    salvos = {"one shot": [1.0], "two, 1.85 s apart": [1.0, 2.85], "two, 1.07 s apart": [1.0, 2.07]}
+    salvos["three, 1.85 s apart"] = [1.0, 2.85, 4.7]
+    standing, saved = read_study(folder / "standing.toml"), np.linspace(0, 10, 801)
     runs = {
-        name: case(folder / "standing.toml", {"inputs.F.times": times}).run(
-            "exact", {"output_times": np.linspace(0, 10, 801)}
-        )
-        for name, times in cases.items()
+        name: standing.changed({"inputs.F.times": times}).run(method="exact", output_times=saved)
+        for name, times in salvos.items()
     }
     words = "The vehicle stands in its static equilibrium and fires from t = 1 s on. Assumed: "
     found = [f"<p>{words}{escape(pulse)}.</p>"]

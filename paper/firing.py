@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
-from qddot.runner.inputs.shapes import pulse_train
-from qddot.runner.metrics.weighting import digital, vibration_dose
-from qddot.runner.paper.schema import FiringSettings
-from qddot.runner.paper.studies import Case, Studies
-from qddot.runner.solution import Solution
-from qddot.runner.study.read import StudyError, read
+from qddot import Solution, StudyError, metric
+from qddot.paper.schema import FiringSettings
+from qddot.paper.studies import Studies
+from qddot.signal import pulse_train
 
 Vector = NDArray[np.float64]
 
@@ -85,7 +83,7 @@ class Firing:
 
 def firing(settings: FiringSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Firing:
     """Measure the series and search for the schedules."""
-    gun = _Gun(settings, studies)
+    gun = Gun(settings, studies)
     intervals = np.linspace(settings.shortest, settings.longest, settings.points)
     jobs = len(settings.series) + len(settings.quantities)
     series, bursts = [], []
@@ -103,12 +101,12 @@ def firing(settings: FiringSettings, studies: Studies, progress: Callable[[float
     return Firing(settings.first, tuple(series), tuple(bursts), _growth(settings, gun), _comfort(settings, gun), units)
 
 
-def _growth(settings: FiringSettings, gun: "_Gun") -> dict[str, float]:
+def _growth(settings: FiringSettings, gun: "Gun") -> dict[str, float]:
     rows = [gun.swings(settings.first + settings.paper_interval * np.arange(shots)) for shots in (1, 2, 3)]
     return {name: min(rows[1][name] / rows[0][name], rows[2][name] / rows[1][name]) for name in settings.quantities}
 
 
-def _comfort(settings: FiringSettings, gun: "_Gun") -> dict[str, float]:
+def _comfort(settings: FiringSettings, gun: "Gun") -> dict[str, float]:
     best, worst = (
         gun.swings(settings.first + interval * np.arange(2))
         for interval in (settings.paper_comfortable, settings.paper_interval)
@@ -116,16 +114,15 @@ def _comfort(settings: FiringSettings, gun: "_Gun") -> dict[str, float]:
     return {name: best[name] / worst[name] for name in settings.quantities}
 
 
-class _Gun:
+class Gun:
     """The study's vehicle with its gun, fired at any times; the swing is the largest change after the last shot."""
 
     def __init__(self, settings: FiringSettings, studies: Studies) -> None:
         self._settings = settings
-        self._case: Case = studies.case(settings.study)
-        study = studies.path(settings.study)
-        pulse = read(study).inputs.get("F")
+        self._vehicle = studies.study(settings.study)
+        pulse = self._vehicle.tables.inputs.get("F")
         if pulse is None or pulse.kind != "pulse_train":
-            raise StudyError(f"{study}: inputs.F: expected a pulse_train, which is the gun")
+            raise StudyError(f"{self._vehicle.path}: inputs.F: expected a pulse_train, which is the gun")
         sizes = {name: getattr(pulse, name) for name in ("peak", "duration", "impulse")}
         self._pulse = {name: float(value) for name, value in sizes.items() if value is not None}
         self._shape = pulse.shape
@@ -133,8 +130,8 @@ class _Gun:
     def run(self, times: NDArray[Any], step: float = 0.01) -> Solution:
         """The vehicle under shots at these times, s, saved every step, s."""
         inputs = {"F": pulse_train(self._shape, times=times, **self._pulse)}
-        span = (self._case.span[0], float(times.max()) + self._settings.after)
-        return self._case.run("exact", {"step": step}, inputs, span)
+        span = (self._vehicle.span[0], float(times.max()) + self._settings.after)
+        return self._vehicle.run(method="exact", step=step, inputs=inputs, span=span)
 
     def swings(self, times: NDArray[Any], names: Sequence[str] = ()) -> dict[str, float]:
         """The swing of each quantity, all of the settings' by default."""
@@ -143,16 +140,16 @@ class _Gun:
         after = solution.t >= times.max()
         changes = {name: solution[name][after] - solution[name][0] for name in names if name != DOSE}
         found = {name: float(np.abs(change).max()) for name, change in changes.items()}
-        return found | ({DOSE: _dose(solution)} if DOSE in names else {})
+        return found | ({DOSE: dose(solution)} if DOSE in names else {})
 
     def unit(self, name: str) -> str:
         """The unit of a quantity."""
         if name == DOSE:
             return "m/s^1.75"
-        return next(each.unit for each in self._case.model.tables.outputs if each.name == name)
+        return next(each.unit for each in self._vehicle.model.tables.outputs if each.name == name)
 
 
-def _burst(settings: FiringSettings, gun: _Gun, quantity: str) -> Burst:
+def _burst(settings: FiringSettings, gun: Gun, quantity: str) -> Burst:
     """Search the intervals of a burst, for the least and for the largest swing."""
     bounds = [(settings.burst_shortest, settings.burst_longest)] * (settings.burst - 1)
 
@@ -168,11 +165,9 @@ def _burst(settings: FiringSettings, gun: _Gun, quantity: str) -> Burst:
     return Burst(quantity, *search(1.0), *search(-1.0))
 
 
-def _dose(solution: Solution) -> float:
-    """The vibration dose value of the hull's heave, by samples at equal distances."""
-    t = np.arange(solution.t[0], solution.t[-1], STEP)
-    samples = np.interp(t, solution.t, solution["heave_acceleration"])
-    return float(vibration_dose(samples, 0, len(samples), t[0], STEP, digital("Wk", STEP).ravel()))
+def dose(solution: Solution) -> float:
+    """The vibration dose value of the hull's heave over the whole run."""
+    return metric(solution, "vdv", "heave_acceleration", interval=STEP, weighting="Wk")
 
 
 def _vertex(x: Vector, y: Vector, k: int) -> float:

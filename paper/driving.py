@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.paper.schema import DriveSettings
-from qddot.runner.paper.studies import Case, Studies
-from qddot.runner.study.read import StudyError
+from qddot import Solution, Study, StudyError
+from qddot.paper.schema import DrivingSettings
+from qddot.paper.studies import Studies
 
 Vector = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Speed:
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
+class Ride:
     """One road at one speed for the figure: t (n,), s; road height under the centre of mass and heave (n,), m."""
 
     speed: float
@@ -43,12 +43,12 @@ class Sample:
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class Driving:
     """speeds: of the paper; permissible (roads,): the speed, km/h, above which the hull outgrows the road."""
 
     speeds: tuple[Speed, ...]
     permissible: Vector
-    samples: tuple[Sample, ...]
+    samples: tuple[Ride, ...]
     fastest: float
 
     def numbers(self) -> dict[str, float]:
@@ -66,9 +66,9 @@ class Drive:
         return found
 
 
-def drive(settings: DriveSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Drive:
+def driving(settings: DrivingSettings, studies: Studies, progress: Callable[[float], None] | None = None) -> Driving:
     """Drive over `roads` random roads at every speed. Raises StudyError where the model is not linear."""
-    field = _Field(settings, studies)
+    field = Field(settings, studies)
     speeds = sorted({*settings.speeds, *settings.more_speeds})
     shot = {speed: field.shots(speed) for speed in speeds}
     table = np.zeros((settings.roads, len(speeds)))
@@ -83,49 +83,53 @@ def drive(settings: DriveSettings, studies: Studies, progress: Callable[[float],
                 for n, values in moved.items():
                     ratios[speed][n].append(_amplitude(values) / _amplitude(road))
                 if seed == settings.shown:
-                    samples.append(Sample(speed, t, road, moved))
+                    samples.append(Ride(speed, t, road, moved))
         if progress is not None:
             progress((seed + 1) / settings.roads)
     found = tuple(Speed(v, {n: np.array(values) for n, values in rows.items()}) for v, rows in ratios.items())
     permissible = np.array([_crossing(speeds, row) for row in table])
-    return Drive(found, permissible, tuple(samples), max(speeds))
+    return Driving(found, permissible, tuple(samples), max(speeds))
 
 
-class _Field:
-    """The study's vehicle over a stretch of the field: every speed covers the same distance."""
+class Field:
+    """The study's vehicle over a stretch of the field: every speed, km/h, covers the same distance."""
 
-    def __init__(self, settings: DriveSettings, studies: Studies) -> None:
-        self._settings, self._studies = settings, studies
-        if not studies.case(settings.study).model.tables.linear:
-            raise StudyError(f"{studies.path(settings.study)}: shots are added to the ride, which needs a linear model")
+    def __init__(self, settings: DrivingSettings, studies: Studies) -> None:
+        self._settings, self._vehicle = settings, studies.study(settings.study)
+        if not self._vehicle.model.tables.linear:
+            raise StudyError(f"{self._vehicle.path}: shots are added to the ride, which needs a linear model")
 
     def ride(self, seed: int, speed: float) -> tuple[Vector, Vector, Vector]:
         """Times (n,), road height under the middle axle and change of heave (n,), without shots."""
-        given = self._case(seed, speed)
-        solution = given.run("exact", self._saved(speed), {"F": 0.0})
-        heave = np.array(solution[self._settings.quantity])
-        return np.array(solution.t), np.array(solution[self._settings.road]), heave - heave[0]
+        solution = self._solution(self._at(seed, speed), {"F": 0.0})
+        return np.array(solution.t), np.array(solution[self._settings.road]), self._change(solution)
+
+    def ride_with_shots(self, seed: int, speed: float, times: Sequence[float]) -> Vector:
+        """The change of heave (n,) of the ride with shots at these times, s, computed at once."""
+        return self._change(self._solution(self._at(seed, speed, times), {}))
 
     def shots(self, speed: float) -> dict[int, Vector]:
         """The change of heave (n,) by each number of shots on level ground."""
         found = {}
         for count in self._settings.shots:
             times = [self._settings.first + k * self._settings.interval for k in range(count)]
-            given = self._case(0, speed, times)
-            still = {name: 0.0 for name in given.inputs if name != "F"}
-            solution = given.run("exact", self._saved(speed), still if count else {**still, "F": 0.0})
-            found[count] = np.array(solution[self._settings.quantity]) - solution[self._settings.quantity][0]
+            study = self._at(0, speed, times)
+            level = {name: 0.0 for name in study.inputs if name != "F"}
+            found[count] = self._change(self._solution(study, level if count else {**level, "F": 0.0}))
         return found
 
-    def _case(self, seed: int, speed: float, times: Sequence[float] = ()) -> Case:
-        span = [0.0, self._settings.distance / (speed * KMH)]
-        changes = {"road.seed": seed, "road.speed": speed * KMH, "span": span}
-        return self._studies.case(self._settings.study, changes | ({"inputs.F.times": list(times)} if times else {}))
+    def _at(self, seed: int, speed: float, times: Sequence[float] = ()) -> Study:
+        changes = {"road.seed": seed, "road.speed": speed * KMH, "span": [0.0, self._settings.distance / (speed * KMH)]}
+        return self._vehicle.changed(changes | ({"inputs.F.times": list(times)} if times else {}))
 
-    def _saved(self, speed: float) -> dict[str, Vector]:
-        """Points at equal distances along the field, the same for every run at this speed."""
-        end = self._settings.distance / (speed * KMH)
-        return {"output_times": np.linspace(0.0, end, self._settings.points)}
+    def _solution(self, study: Study, inputs: Mapping[str, float]) -> Solution:
+        """Saved at equal distances along the field, the same for every run at a speed."""
+        times = np.linspace(0.0, study.span[1], self._settings.points)
+        return study.run(method="exact", inputs=inputs, output_times=times)
+
+    def _change(self, solution: Solution) -> Vector:
+        heave = np.array(solution[self._settings.quantity])
+        return heave - heave[0]
 
 
 def _amplitude(values: Vector) -> float:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.paper.schema import PhaseSettings
-from qddot.runner.paper.studies import Studies
-from qddot.runner.study.read import StudyError
+from qddot import StudyError
+from qddot.paper.schema import PhaseSettings
+from qddot.paper.studies import Studies
 
 Vector = NDArray[np.float64]
 
@@ -49,16 +49,13 @@ class Phase:
 def phase(settings: PhaseSettings, studies: Studies) -> Phase:
     """The map of swings. Raises StudyError where the model is not linear or the study is too short for the shots."""
     longest = settings.first[1] + settings.intervals[1] + settings.after
-    given = studies.case(settings.study, {**settings.set, "span": [0.0, longest + 2 * settings.step]})
-    if not given.model.tables.linear:
-        raise StudyError(f"{studies.path(settings.study)}: shots are added to the ride, which needs a linear model")
+    vehicle = studies.study(settings.study, {**settings.set, "span": [0.0, longest + 2 * settings.step]})
+    if not vehicle.model.tables.linear:
+        raise StudyError(f"{vehicle.path}: shots are added to the ride, which needs a linear model")
     t = np.arange(0.0, longest + settings.step, settings.step)
-    saved = {"output_times": t}
-    rough = given.run("exact", saved, {"F": 0.0})
-    level = dict.fromkeys((name for name in given.inputs if name != "F"), 0.0)
-    alone = {"inputs.F.times": [0.0], "span": [0.0, longest + 2 * settings.step]}
-    pulse = studies.case(settings.study, {**settings.set, **alone})
-    shot = pulse.run("exact", saved, level)
+    rough = vehicle.run(method="exact", inputs={"F": 0.0}, output_times=t)
+    level = dict.fromkeys((name for name in vehicle.inputs if name != "F"), 0.0)
+    shot = vehicle.changed({"inputs.F.times": [0.0]}).run(method="exact", inputs=level, output_times=t)
     ride, answer = (_change(solution[settings.quantity][: len(t)]) for solution in (rough, shot))
     first = np.arange(*settings.first, settings.step * settings.every)
     intervals = np.arange(*settings.intervals, settings.step * settings.every)
@@ -71,7 +68,7 @@ def phase(settings: PhaseSettings, studies: Studies) -> Phase:
             moved = ride[two : two + window]
             fired = moved + answer[two - one : two - one + window] + answer[:window]
             swings[i, j], unfired[i, j] = np.abs(fired).max(), np.abs(moved).max()
-    unit = next(each.unit for each in given.model.tables.outputs if each.name == settings.quantity)
+    unit = next(each.unit for each in vehicle.model.tables.outputs if each.name == settings.quantity)
     return Phase(settings.quantity, unit, first, intervals, swings, unfired, t, ride)
 
 

@@ -7,16 +7,13 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from qddot.runner.files import written_aside
-from qddot.runner.paper.reproduce import Reproduction, reproduce
-from qddot.runner.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
-from qddot.runner.paper.verification import Verification, verify
-from qddot.runner.report.pdf import BROWSERS, browser, print_page
-from qddot.runner.report.progress import late_bar
-from qddot.runner.report.tables import plain_table
+from qddot.paper.reproduce import Reproduction, reproduce
+from qddot.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
+from qddot.paper.verification import Verification, verify
+from qddot.report import BROWSERS, browser, plain_table, print_page, progress_bar, written_aside
 
 #: Settings and claims of the paper.
-PAPER = Path(__file__).parent.parent.parent / "studies" / "paper" / "paper.toml"
+PAPER = Path(__file__).parent.parent / "studies" / "paper" / "paper.toml"
 #: What the paper ran, whose claims are checked, and what it printed, which is shown beside it.
 RUN, PRINTED = "as_run", "as_printed"
 
@@ -34,7 +31,10 @@ def verification(into: Path, as_json: bool) -> int:
 
 
 def _show(found: list[Verification], claims: dict[str, bool], into: Path) -> None:
-    from qddot.runner.paper.figures import draw_errors, draw_schemes  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.paper.verification_figures import (  # noqa: PLC0415 - matplotlib is slow to import
+        draw_errors,
+        draw_schemes,
+    )
 
     console = Console()
     for each in found:
@@ -73,13 +73,13 @@ def _records(each: Verification) -> list[dict[str, Any]]:
     ]
 
 
-def paper(path: Path, into: Path, as_json: bool, parameters: str | None = None) -> int:
+def paper(path: Path | None, into: Path, as_json: bool, parameters: str | None = None) -> int:
     """Compute the whole paper; 1 where a claim that was met when last looked at is no longer met.
 
-    parameters: a parameter set in place of the paper's; what is written goes to a folder of its name, and every verdict
-    is as good as any other.
+    path: settings and claims, those that come with qddot by default. parameters: a parameter set in place of the
+    paper's; what is written goes to a folder of its name, and every verdict is as good as any other.
     """
-    found = reproduce(path, late_bar, parameters)
+    found = reproduce(path or PAPER, progress_bar, parameters)
     status = 1 if parameters is None and any(each.worse for each in found.claims) else 0
     into = into if parameters is None else into / parameters
     said = {
@@ -101,11 +101,11 @@ def paper(path: Path, into: Path, as_json: bool, parameters: str | None = None) 
 
 
 def _tell(found: Reproduction, written: list[Path], into: Path) -> None:
-    from qddot.runner.paper.section_figures import draw_all  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.paper.section_figures import draw_all  # noqa: PLC0415 - matplotlib is slow to import
 
     console = Console()
     console.print(f"[bold]{found.paper.title}[/bold]\n")
-    for table in (cheapest_table(found.cost), speeds_table(found.drive), claims_table(found.claims)):
+    for table in (cheapest_table(found.cost), speeds_table(found.driving), claims_table(found.claims)):
         console.print(table, "")
     for note in notes(found):
         console.print(note, highlight=False)
@@ -115,7 +115,7 @@ def _tell(found: Reproduction, written: list[Path], into: Path) -> None:
 
 def write_report(claims_file: Path, equations: str, into: Path, as_pdf: bool) -> None:
     """Write the report as HTML and, where a browser is installed, as PDF. equations: the model's, as an HTML page."""
-    from qddot.runner.paper.report import report  # noqa: PLC0415 - integrates, which `qddot paper` need not wait for
+    from qddot.paper.report import report  # noqa: PLC0415 - integrates, which `qddot paper` need not wait for
 
     page = report(PAPER, claims_file, equations, into)
     print(f"wrote {page}")

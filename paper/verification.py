@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.load import Model, load
-from qddot.runner.simulate import simulate
-from qddot.runner.solution import Solution
+from qddot import Model, Solution, load, simulate
 
 MODEL = "one_axle"
 SPAN = (0.0, 1.0)
@@ -92,9 +90,9 @@ def verify(parameter_set: str = "as_run") -> Verification:
     rows = []
     for scheme, method in SCHEMES.items():
         fixed = {"step": STEP, "every": 1} if method in ("euler", "heun", "rk4") else {}
-        case: dict[str, Any] = {"method": method, "parameters": parameter_set, "initial": [0.0, 0.0], **fixed}
-        simulate(model, (0.0, STEP), **case)  # compiles, where it must, before the run that is timed
-        solution = simulate(model, SPAN, **case)
+        given: dict[str, Any] = {"method": method, "parameters": parameter_set, "initial": [0.0, 0.0], **fixed}
+        simulate(model, (0.0, STEP), **given)  # compiles, where it must, before the run that is timed
+        solution = simulate(model, SPAN, **given)
         error = solution["q_2"] - analytic(solution.t, values)
         rows.append(Row(scheme, solution, error, REPORTED.get(scheme)))
     return Verification(parameter_set, float(2 * np.pi / frequency(values)), tuple(rows))

@@ -4,13 +4,12 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from qddot.runner.identify.schema import Measure
-from qddot.runner.study.base import Real, Table, Whole
+from qddot.toml import Reading, Real, StudyFile, Table, Whole
 
 Verdict = Literal["holds", "rests on an assumption", "differs"]
 
 
-class CostCase(Table):
+class MethodSettings(Table):
     """A method with the settings of the paper, options of `simulate`."""
 
     method: str
@@ -23,24 +22,24 @@ class CostSettings(Table):
     paper: the paper's cases by its names of the methods. repeats: runs of which the quickest is timed.
     """
 
-    study: str
+    study: StudyFile
     quantity: str
     times: tuple[Real, ...]
     limit: Real
     repeats: Whole = 5
-    paper: dict[str, CostCase]
+    paper: dict[str, MethodSettings]
 
 
 class FiringSettings(Table):
     """When to fire: shots at equal intervals (s), and the schedule of a burst.
 
     series: numbers of shots. quantities: what swings, by its largest change after the last shot, over `after` seconds;
-    vibration_dose stands for the crew's comfort, see `runner.paper.firing`. paper_interval: the paper's worst,
+    vibration_dose stands for the crew's comfort, see `paper.firing`. paper_interval: the paper's worst,
     paper_comfortable: its best. burst: the shots of the schedule that is optimized, burst_shortest and burst_longest
     the intervals allowed in it.
     """
 
-    study: str
+    study: StudyFile
     first: Real
     shortest: Real
     longest: Real
@@ -56,14 +55,14 @@ class FiringSettings(Table):
     seed: Whole = 0
 
 
-class DriveSettings(Table):
+class DrivingSettings(Table):
     """Section 4: `roads` random roads, seeds from 0, over a distance (m), at speeds in km/h, with numbers of shots.
 
     first, interval: of the shots, s. more_speeds: tried for the permissible speed alone. quantity, road: the names of
     the hull's and the road's displacement. points: saved along the distance. shown: the seed that is drawn.
     """
 
-    study: str
+    study: StudyFile
     quantity: str
     road: str
     speeds: tuple[Real, ...]
@@ -83,7 +82,7 @@ class PhaseSettings(Table):
     The swing of the quantity is its largest change within `after` seconds from the second shot.
     """
 
-    study: str
+    study: StudyFile
     set: dict[str, Any] = Field(default_factory=dict)
     quantity: str
     first: tuple[Real, Real]
@@ -93,14 +92,14 @@ class PhaseSettings(Table):
     every: Whole = 5
 
 
-class Run(Table):
+class Taken(Table):
     """What is taken of a run of a study, as in an identification."""
 
-    study: str
+    study: StudyFile
     set: dict[str, Any] = Field(default_factory=dict)
     quantity: str
     change: bool = False
-    measure: Measure = "greatest"
+    measure: Reading = "greatest"
     after: Real | None = None
     before: Real | None = None
     at: Real | None = None
@@ -118,7 +117,7 @@ class Claim(Table):
     where: str
     says: str
     number: str | None = None
-    run: Run | None = None
+    run: Taken | None = None
     value: Real | None = None
     least: Real | None = None
     most: Real | None = None
@@ -144,7 +143,7 @@ class Paper(Table):
     title: str
     cost: CostSettings
     firing: FiringSettings
-    drive: DriveSettings
+    drive: DrivingSettings
     phase: PhaseSettings
     assumptions: dict[str, str]
     claims: dict[str, Claim]

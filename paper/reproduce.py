@@ -7,16 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from qddot.runner.load import load
-from qddot.runner.modes import modes
-from qddot.runner.paper.claims import Judged, judge, read
-from qddot.runner.paper.cost import Cost, cost
-from qddot.runner.paper.drive import Drive, drive
-from qddot.runner.paper.firing import Firing, firing
-from qddot.runner.paper.phase import Phase, phase
-from qddot.runner.paper.schema import Paper
-from qddot.runner.paper.studies import Studies
-from qddot.runner.paper.verification import BEST, Verification, verify
+from qddot import load, modes
+from qddot.paper.claims import Judged, judge, read
+from qddot.paper.cost import Cost, cost
+from qddot.paper.driving import Driving, driving
+from qddot.paper.firing import Firing, firing
+from qddot.paper.phase import Phase, phase
+from qddot.paper.schema import Paper
+from qddot.paper.studies import Studies
+from qddot.paper.verification import BEST, Verification, verify
 
 #: Makes what shows the progress of a section of this name.
 Bar = Callable[[str], AbstractContextManager[Callable[[float], None]]]
@@ -31,7 +30,7 @@ class Reproduction:
     verification: Verification
     cost: Cost
     firing: Firing
-    drive: Drive
+    driving: Driving
     phase: Phase
     numbers: dict[str, float]
     claims: tuple[Judged, ...]
@@ -40,14 +39,14 @@ class Reproduction:
 def reproduce(path: Path, bar: Bar, parameter_set: str | None = None) -> Reproduction:
     """Compute everything that `path`, a paper.toml, asks for; parameter_set: in place of that of all its studies."""
     paper, studies = read(path), Studies(path.parent, parameter_set)
-    studies.case(paper.cost.study)  # refuses an unknown parameter set before anything is computed
+    studies.study(paper.cost.study)  # refuses an unknown parameter set before anything is computed
     verification = verify()
     with bar("3.2 cost") as progress:
         costs = cost(paper.cost, studies, progress)
     with bar("3.2 firing") as progress:
         fired = firing(paper.firing, studies, progress)
     with bar("4 driving") as progress:
-        driven = drive(paper.drive, studies, progress)
+        driven = driving(paper.drive, studies, progress)
     rough = phase(paper.phase, studies)
     numbers = dict(_verified(verification)) | dict(_periods(studies.vehicle(paper.firing.study)))
     for section in (costs, fired, driven, rough):

@@ -1,0 +1,29 @@
+"""Reports: what a program of one's own shows and writes, as qddot's commands do.
+
+    progress_bar                        shows the `progress` of a run that takes its time
+    plain_table                         a table for the terminal
+    Section, plot, table, write_page    one HTML page that needs no network: texts, tables, plots with download
+    BROWSERS, browser, print_page       the page as PDF, by a browser that is installed
+    written_aside                       a file that appears whole or not at all
+
+Figures are in `qddot.drawing`.
+"""
+
+from qddot.runner.files import written_aside
+from qddot.runner.report.page import Section, plot, table, write_page
+from qddot.runner.report.pdf import BROWSERS, browser, print_page
+from qddot.runner.report.progress import progress_bar
+from qddot.runner.report.tables import plain_table
+
+__all__ = [
+    "BROWSERS",
+    "Section",
+    "browser",
+    "plain_table",
+    "plot",
+    "print_page",
+    "progress_bar",
+    "table",
+    "write_page",
+    "written_aside",
+]
