@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from qddot.runner.study.ready import Study, read_study
     from qddot.runner.study.run import run_study
 
+    __version__: str
+
 __all__ = [
     "Batch",
     "EquilibriumError",
@@ -149,28 +151,29 @@ _MOVED = {
     "sine": "signal.sine",
     "step": "road.step",
     "table": "signal.table",
-    "sampled": "signal.sampled",
     "table_from_csv": "signal.table_from_csv",
     "wave": "road.sine",
 }
 
 
-def __getattr__(name: str) -> Any:
-    """A public name, imported from the room it lives in; then it is an attribute like any other."""
-    if name in _HOMES:
-        value = getattr(_room(_HOMES[name]), name)
-    elif name in NAMESPACES:
-        value = _room(f"qddot.{name}")
-    elif name == "__version__":
-        from importlib.metadata import version
+if not TYPE_CHECKING:  # or every name would be one
 
-        value = version("qddot")
-    elif name in _MOVED:
-        return _moved(name)
-    else:
-        raise AttributeError(_unknown(name), name=name, obj=sys.modules[__name__])
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> Any:
+        """A public name, imported from the room it lives in; then it is an attribute like any other."""
+        if name in _HOMES:
+            value = getattr(_room(_HOMES[name]), name)
+        elif name in NAMESPACES:
+            value = _room(f"qddot.{name}")
+        elif name == "__version__":
+            from importlib.metadata import version
+
+            value = version("qddot")
+        elif name in _MOVED:
+            return _moved(name)
+        else:
+            raise AttributeError(_unknown(name), name=name, obj=sys.modules[__name__])
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:
