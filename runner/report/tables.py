@@ -41,7 +41,9 @@ def summary(solution: Solution) -> Table:
         nothing = (np.nan,) * 4
         ends = (values[low], solution.t[low], values[high], solution.t[high]) if known.any() else nothing
         numbers = (values[0], *ends)
-        table.add_row(name, solution.quantity(name).unit, *(f"{number:.4g}" for number in numbers))
+        table.add_row(
+            name, solution.quantity(name).unit, *(f"{number + 0.0:.4g}" for number in numbers)
+        )  # + 0.0: no "-0"
     return table
 
 
