@@ -43,7 +43,7 @@ def batch_of(model, runs, samples, columns, seed=1):
         "last": np.cumsum(lengths) - 1,
         "times": np.linspace(-0.2, t1, samples, axis=1).copy(),
         "columns": np.array(columns, dtype=np.int64),
-        "output_times": np.full((runs, samples, len(columns)), np.nan),
+        "samples": np.full((runs, samples, len(columns)), np.nan),
         "final": np.full((runs, n), np.nan),
         "failed_at": np.full(runs, np.nan),
         **{name: np.full(runs, value, dtype=np.int64) for name, value in whole.items()},
