@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from qddot.runner.batch.run import run_batch
     from qddot.runner.batch.store import StoreError
     from qddot.runner.equilibrium import EquilibriumError, equilibrium
-    from qddot.runner.events.kinds import Event
+    from qddot.runner.frame.events import Event
     from qddot.runner.inputs.drive import drive
     from qddot.runner.inputs.signal import Signal
     from qddot.runner.lanes.batch import Batch, simulate_batch
@@ -53,7 +53,8 @@ if TYPE_CHECKING:
     from qddot.runner.simulate import IntegrationError, Simulation, crossing, prepare, simulate, solve
     from qddot.runner.solution import Solution
     from qddot.runner.study.read import StudyError
-    from qddot.runner.study.ready import Study, read_study, run_study
+    from qddot.runner.study.ready import Study, read_study
+    from qddot.runner.study.run import run_study
 
     __version__: str
 
@@ -102,7 +103,7 @@ __all__ = [
 _HOMES = {
     "Batch": "qddot.runner.lanes.batch",
     "EquilibriumError": "qddot.runner.equilibrium",
-    "Event": "qddot.runner.events.kinds",
+    "Event": "qddot.runner.frame.events",
     "IntegrationError": "qddot.runner.simulate",
     "LoadError": "qddot.runner.load",
     "Model": "qddot.runner.load",
@@ -129,7 +130,7 @@ _HOMES = {
     "read_study": "qddot.runner.study.ready",
     "reading": "qddot.runner.metrics.reading",
     "run_batch": "qddot.runner.batch.run",
-    "run_study": "qddot.runner.study.ready",
+    "run_study": "qddot.runner.study.run",
     "simulate": "qddot.runner.simulate",
     "simulate_batch": "qddot.runner.lanes.batch",
     "solve": "qddot.runner.simulate",

@@ -1,7 +1,7 @@
 """One call from a model, or from any compiled right-hand side, to its solution."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, Unpack
 
@@ -12,18 +12,18 @@ from qddot.runner import checks
 from qddot.runner.checks import finite, finite_state, flag, numbers, row, shown, unknown
 from qddot.runner.diagnosis import diagnosis
 from qddot.runner.equilibrium import Guess, rest
-from qddot.runner.events.kinds import OutputCrossing, StateCrossing
-from qddot.runner.first_call import check_first_calls
+from qddot.runner.frame.events import OutputCrossing, StateCrossing
+from qddot.runner.frame.first_call import check_first_calls
+from qddot.runner.frame.spans import integrate, span_of
 from qddot.runner.inputs.bind import as_signal, bind
 from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.methods import METHODS, Method, find_method
-from qddot.runner.options import TABLE, Options
+from qddot.runner.options import Options
 from qddot.runner.problem import Problem
 from qddot.runner.result import IntegrationError, Subject, as_solution
 from qddot.runner.solution import Solution
-from qddot.runner.spans import integrate, span_of
 from qddot.runner.tables import Quantity
 
 __all__ = ["IntegrationError", "Simulation", "crossing", "prepare", "simulate", "solve"]
@@ -278,7 +278,8 @@ def _method(method: str | Method) -> Method:
 
 
 def _options(step: float | None, options: Mapping[str, Any]) -> Options:
+    names = [each.name for each in fields(Options)]
     for name in options:
-        if name not in TABLE:
-            raise ValueError(unknown("option", name, TABLE))
+        if name not in names:
+            raise ValueError(unknown("option", name, names))
     return Options(step=step, **options)

@@ -20,7 +20,7 @@ from qddot.runner.tables import Quantity
 if TYPE_CHECKING:
     import xarray
 
-    from qddot.runner.events.kinds import EventLog
+    from qddot.runner.frame.events import EventLog
 
 TIME = Quantity("time", "s", "time")
 
@@ -87,7 +87,7 @@ class Solution:
 
     @property
     def events(self) -> "EventLog":
-        """The events of the run, see `runner.events.kinds.EventLog`; ValueError where none was watched for."""
+        """The events of the run, see `runner.frame.events.EventLog`; ValueError where none was watched for."""
         if not self.extras or "events" not in self.extras:
             raise ValueError("this run watched for no events; give simulate some, events=[qddot.crossing(...)]")
         return self.extras["events"]

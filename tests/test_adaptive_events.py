@@ -4,7 +4,7 @@ from adaptive_runs import ADAPTIVE, circle, falling, forced, run
 from numba import njit
 
 from qddot.runner.abi import VECTOR_KERNEL
-from qddot.runner.events.kinds import Event, OutputCrossing, StateCrossing
+from qddot.runner.frame.events import Event, OutputCrossing, StateCrossing
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.problem import Status
 

@@ -157,7 +157,7 @@ def test_a_second_process_compiles_nothing():
     here = Path(__file__).parent
     script = (
         "import json; from adaptive_runs import circle, run;"
-        "from qddot.runner.explicit.adaptive import _compiled_advance as loop;"
+        "from qddot.runner.explicit.adaptive import _compiled_loop as loop;"
         "[run(circle, (0, 1), (1, 0), method) for method in ('ode45', 'dop853')];"
         "stats = loop().stats; print(json.dumps([sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))"
     )

@@ -242,7 +242,7 @@ def test_interrupt_keeps_the_part_computed(monkeypatch):
     def stop(fraction):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("qddot.runner.slices.REPORT_INTERVAL", 0.0)
+    monkeypatch.setattr("qddot.runner.frame.slices.REPORT_INTERVAL", 0.0)
     run = solve(swinging, (0, 1), [1.0], step=1e-6, progress=stop, on_failure="return")
     assert run.status is Status.INTERRUPTED
     assert 0 < run.t[-1] < 1
@@ -253,7 +253,7 @@ def test_slices_do_not_change_the_result(monkeypatch, oscillator):
     whole = simulate(oscillator, (0, 1), step=1e-3, inputs={"F": force})
     monkeypatch.setattr("qddot.runner.explicit.fixed.SLICE_WORK", 1)
     seen = []
-    monkeypatch.setattr("qddot.runner.slices.REPORT_INTERVAL", 0.0)
+    monkeypatch.setattr("qddot.runner.frame.slices.REPORT_INTERVAL", 0.0)
     sliced = simulate(oscillator, (0, 1), step=1e-3, inputs={"F": force}, progress=seen.append)
     np.testing.assert_array_equal(sliced.values, whole.values)
     assert len(seen) > 50
@@ -289,7 +289,7 @@ from qddot.runner.simulate import simulate
 model = load("tests/sample_models/oscillator.py")
 for method in ("rk4", "euler"):
     simulate(model, (0, 1), method=method, step=0.1)
-stats = fixed._compiled_advance().stats
+stats = fixed._compiled_loop().stats
 print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
 

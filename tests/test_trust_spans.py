@@ -115,7 +115,7 @@ def test_events_of_a_backward_run(method):
 
 
 def _crossing(state, level):
-    from qddot.runner.events.kinds import StateCrossing
+    from qddot.runner.frame.events import StateCrossing
 
     return StateCrossing(state, level, terminal=True)
 

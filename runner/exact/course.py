@@ -1,11 +1,11 @@
 """The compiled functions that Python calls for a single run."""
 
 from qddot.runner.exact.balance import begin
-from qddot.runner.exact.propagate import advance_some, start
+from qddot.runner.exact.propagate import propagate, start
 
 
 def begin_run(s, table, A, B, x):
-    """Put the inputs, A and B, which are overwritten, and the state x (n,) where `advance` finds them."""
+    """Put the inputs, A and B, which are overwritten, and the state x (n,) where `run_slice` finds them."""
     s.pieces, s.n_pieces = table.pieces.ctypes.data, len(table.pieces)
     s.first, s.last = table.first.ctypes.data, table.last.ctypes.data
     s.rate, s.offset, s.order = table.rate.ctypes.data, table.offset.ctypes.data, table.order.ctypes.data
@@ -13,6 +13,6 @@ def begin_run(s, table, A, B, x):
     start(s)
 
 
-def advance(s, most):
+def run_slice(s, most):
     """Go on until the end, or until about `most` row operations are done; returns a Status."""
-    return advance_some(s, most)
+    return propagate(s, most)

@@ -60,7 +60,7 @@ def ladder_cost(s, h):
 
 
 @compiled(**LEAN)
-def drive(s):
+def ready_drivers(s):
     """Have the drivers of this segment, at s.t."""
     if not s.driving:
         set_driver_rows(s)
@@ -117,7 +117,7 @@ def leaving(s):
 
 
 @compiled(**LEAN)
-def step(s, wanted, stop):
+def move_on(s, wanted, stop):
     """Go towards the next stop; returns the time that was reached."""
     if s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even:
         apply(s, s.grid_level)
@@ -125,7 +125,7 @@ def step(s, wanted, stop):
     h = stop - s.t
     force(s)
     if by_ladder(s, wanted, h):
-        drive(s)
+        ready_drivers(s)
         if s.grid == READY and wanted <= s.segment_end and s.next_output <= s.last_even:
             reach(s, s.grid_level)
             apply(s, s.grid_level)
@@ -140,7 +140,7 @@ def step(s, wanted, stop):
 
 
 @compiled(**LEAN)
-def advance_some(s, most):
+def propagate(s, most):
     """Go on until the last wanted time, or until about `most` row operations are done; returns a Status.
 
     x is at s.t; segment_end <= t where a segment is to begin. A wanted time next to the end of a segment is that end.
@@ -151,7 +151,7 @@ def advance_some(s, most):
             look_up(s)
             s.grid, s.driving = UNDECIDED, 0
         wanted = floats(s.outputs, s.n_outputs)[s.next_output]
-        s.t = step(s, wanted, min(wanted, s.segment_end))
+        s.t = move_on(s, wanted, min(wanted, s.segment_end))
         done += STEP_COST * s.n * s.panels
         s.steps += 1
         s.failed_state = leaving(s)

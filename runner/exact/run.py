@@ -8,15 +8,17 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.exact.course import advance, begin_run
+from qddot.runner.exact.course import begin_run, run_slice
 from qddot.runner.exact.space import SPACE, Arrays, space_for
-from qddot.runner.inputs.instants import ROUNDING, between
+from qddot.runner.frame.log import FAILURES
+from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.slices import run_slices
+from qddot.runner.inputs.instants import ROUNDING
 from qddot.runner.inputs.signal import stack
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
-from qddot.runner.slices import drive
 
 if TYPE_CHECKING:
     from qddot.runner.methods import Method
@@ -47,8 +49,8 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     if options.events:
         raise ValueError(f"method {method.name} finds no events yet; choose an adaptive method, such as dop853")
     s, arrays = _space(problem, options)
-    status = drive(
-        partial(_compiled_advance(), s, SLICE_WORK),
+    status = run_slices(
+        partial(_compiled_loop(), s, SLICE_WORK),
         fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
         progress=options.progress,
         time_limit=options.time_limit,
@@ -87,10 +89,7 @@ def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArra
 def _requested(
     times: NDArray[np.float64], t0: float, t1: float, near: float
 ) -> tuple[NDArray[np.float64], float, int, int]:
-    outside = times[(t0 - times > ROUNDING * abs(t0)) | (times - t1 > ROUNDING * abs(t1))]
-    if outside.size:
-        raise ValueError(f"output time {outside[0]} is outside the span from {t0} to {t1}")
-    inside = between(times, t0, t1)
+    inside = wanted_times(times, t0, t1)
     outputs = np.concatenate([[t0], inside, [t1]])
     if len(inside) < 2:
         return outputs, 0.0, len(outputs), 0
@@ -107,15 +106,15 @@ def _compiled_begin() -> Any:
 
 
 @cache
-def _compiled_advance() -> Any:
-    return compiled(types.int64(_RECORD, types.float64), **_ENTRY)(advance)
+def _compiled_loop() -> Any:
+    return compiled(types.int64(_RECORD, types.float64), **_ENTRY)(run_slice)
 
 
 def _trajectory(s: np.void, arrays: Arrays, status: Status, wall_time: float) -> Trajectory:
     """The states at the wanted times that were reached."""
     saved = int(s["next_output"])
     t, states = arrays.outputs[:saved], arrays.saved[:saved]
-    failed = status is Status.NON_FINITE
+    failed = status in FAILURES
     return Trajectory(
         t=t,
         states=states,

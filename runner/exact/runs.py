@@ -2,7 +2,7 @@
 
 from qddot.runner.exact.balance import begin
 from qddot.runner.exact.forcing import COLUMNS
-from qddot.runner.exact.propagate import NON_FINITE, RUNNING, advance_some, leaving, start
+from qddot.runner.exact.propagate import NON_FINITE, RUNNING, leaving, propagate, start
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.inputs.reader import piece_at, piece_value
 from qddot.runner.machine.compiled import compiled
@@ -129,6 +129,6 @@ def propagate_runs(batch, s, A, B, pieces_of, u, y, first, end):
         s.steps, s.products, s.failed_state = 0, 0, leaving(s)
         status = NON_FINITE if s.failed_state >= 0 else RUNNING
         while status == RUNNING:
-            status = advance_some(s, MOST)
+            status = propagate(s, MOST)
         finish(batch, s, run, status)
         write_samples(batch, s, run, pieces_of[SAMPLED], u, y)

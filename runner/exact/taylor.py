@@ -73,7 +73,7 @@ def taylor_step(s, h):
         base = s.zeros
         if k <= s.degree or s.frequencies > 0:
             base = y_next
-            drive(s, k, h, power)
+            write_forcing(s, k, h, power)
             power *= h
         for b in range(s.panels):
             weighted_sum(base + ROW * b, h / (k + 1), y, s.n, s.A + ROW * s.n * b, y_next + ROW * b)
@@ -85,7 +85,7 @@ def taylor_step(s, h):
 
 
 @compiled(**LEAN)
-def drive(s, k, h, power):
+def write_forcing(s, k, h, power):
     """Write phi_k / (k + 1)."""
     width = BLOCK * s.panels
     target = floats(s.y if k % 2 == 0 else s.y_next, width)

@@ -6,8 +6,7 @@ limits from the right, and the step size is the smaller of what was proposed bef
 
 import numpy as np
 
-from qddot.runner.events.search import NONE, locate, watch_start, watch_step
-from qddot.runner.explicit.adaptive_course import ensure_dense, record_all, save, save_within
+from qddot.runner.explicit.adaptive_course import ensure_dense, state_within
 from qddot.runner.explicit.controller import (
     LEAST_LAST_ERROR,
     MATLAB,
@@ -20,9 +19,13 @@ from qddot.runner.explicit.controller import (
 )
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_next_slope, interpolate, take_step
-from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy, states
+from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy
+from qddot.runner.frame.log import has_room, next_stop
+from qddot.runner.frame.search import NONE
+from qddot.runner.frame.space import row_address, states
+from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN, floats
+from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
@@ -41,10 +44,10 @@ def largest(space):
 
 
 @compiled(**LEAN)
-def restart(space, pair, control, course, watch):
+def restart(space, pair, control, course, log, watch):
     """Slope, inputs, event values and step size where the inputs may jump; returns a status."""
     t, first = course.now, course.steps == 0
-    ahead = floats(course.stops, course.n_stops)[course.stop] - t
+    ahead = next_stop(log) - t
     course.restart = 0
     settle(space, t, ahead)
     slope(space, t, Y, K0)
@@ -53,7 +56,7 @@ def restart(space, pair, control, course, watch):
     if not norm(space, control, K0) < np.inf:
         course.failed_state = largest(space)
         return NON_FINITE
-    if watch_start(space, watch, t, Y, first) > 0 and (record_all(space, pair, course, watch, t, 0.0) != NONE):
+    if events_at_start(space, (pair, course), log, watch, t, first, state_within):
         return TERMINATED
     course.last_error = LEAST_LAST_ERROR
     if first and course.first_step > 0.0:
@@ -73,9 +76,9 @@ def error_of_step(space, pair, control):
 
 
 @compiled(**LEAN)
-def advance_state(space, pair, control, course):
+def take_good_step(space, pair, control, course, log):
     """Try steps until one is good; leaves it in the rows and in `course`; returns a status."""
-    t, stop = course.now, floats(course.stops, course.n_stops)[course.stop]
+    t, stop = course.now, next_stop(log)
     least = 16.0 * np.spacing(abs(t))
     proposed = min(max(course.size, least), course.max_step)
     size, failures = proposed, 0
@@ -100,68 +103,51 @@ def advance_state(space, pair, control, course):
     course.last_error = error
     course.start, course.length, course.now = t, h, stop if landing else t + h
     course.steps += 1
-    course.stop += landing
+    log.stop += landing
     course.restart, course.dense = landing, 0
     course.evaluations += evaluate_next_slope(space, pair, t, h)
     return RUNNING
 
 
 @compiled(**LEAN)
-def finish_at_event(space, pair, course, watch):
-    """Find and record the step's events; where one is terminal the step ends there. Returns a status."""
-    t, h = course.start, course.length
-    if watch.count > 0 and watch_step(space, watch, t, h) > 0:
-        ensure_dense(space, pair, course, t, h)
-        locate(space, pair, watch, t, h)
-        theta = record_all(space, pair, course, watch, t, h)
-        if theta != NONE:
-            course.now, course.end = t + theta * h, theta
-            return TERMINATED
-    before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
-    for i in range(watch.count):
-        before[i] = after[i]
-    return RUNNING
+def record_step(space, pair, course, log, watch):
+    """Record the step's events and save its points; returns theta of a terminal event, or NONE."""
+    t, h, new = course.start, course.length, row_address(space, NEW)
+    return finish_step(space, (pair, course), log, watch, t, h, course.now, new, ensure_dense, state_within)
 
 
 @compiled(**LEAN)
-def complete_step(space, pair, course, status):
-    """Make the end of the step the present state, and save it where it is to be saved; returns a status."""
-    wanted = (
-        course.next_wanted < course.n_wanted
-        and floats(course.wanted, course.n_wanted)[course.next_wanted] == course.now
-    )
-    if status == TERMINATED:
-        interpolate(space, pair, course.end, course.length)
+def complete_step(space, pair, course, log, ended):
+    """Make the end of the step, or of a part of it that a terminal event ended, the present state; returns a status."""
+    status = RUNNING
+    if ended != NONE:
+        interpolate(space, pair, ended, course.length)
         copy(space, WITHIN, NEW)
-    elif course.stop == course.n_stops:
+        course.now = course.start + ended * course.length
+        status = TERMINATED
+    elif log.stop == log.n_stops:
         status = FINISHED
     elif course.max_steps > 0 and course.steps >= course.max_steps:
         status = TOO_MANY_STEPS
     copy(space, NEW, Y)
     copy(space, K0 + pair.next_slope, K0)
-    course.next_wanted += wanted
-    if wanted or course.refine > 0 or status != RUNNING:
-        save(space, course, Y, course.now)
     return status
 
 
-def advance(space, pair, control, course, watch, most_steps):
-    """At most `most_steps` steps; returns a status. RUNNING also where there is no room for another step's points."""
+def run_slice(space, pair, control, course, log, watch, most_steps):
+    """At most `most_steps` steps; returns a status. RUNNING also where there is no room for what another step saves."""
     for _ in range(most_steps):
-        if course.saved + max(1, course.refine) + 1 > course.room - (course.n_wanted - course.next_wanted):
-            return RUNNING
-        if course.found + 2 * watch.count > course.event_room:
+        if not has_room(log, watch.count):
             return RUNNING
         if course.restart:
-            status = restart(space, pair, control, course, watch)
+            status = restart(space, pair, control, course, log, watch)
             if status != RUNNING:
                 return status
-        status = advance_state(space, pair, control, course)
+        status = take_good_step(space, pair, control, course, log)
         if status != RUNNING:
             return status
-        status = finish_at_event(space, pair, course, watch)
-        save_within(space, pair, course)
-        status = complete_step(space, pair, course, status)
+        ended = record_step(space, pair, course, log, watch)
+        status = complete_step(space, pair, course, log, ended)
         if status != RUNNING:
             return status
     return RUNNING

@@ -11,8 +11,9 @@ An error is scaled so that a step is good where it does not exceed 1.
 
 import numpy as np
 
-from qddot.runner.explicit.slopes import look_up, slope
-from qddot.runner.explicit.workspace import ATOL, ERROR, K0, NEW, RTOL, SCALED, STAGE, Y, block, copy, states
+from qddot.runner.explicit.slopes import slope
+from qddot.runner.explicit.workspace import ATOL, ERROR, K0, NEW, RTOL, SCALED, STAGE, Y, block, copy
+from qddot.runner.frame.space import look_up, states
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import BLOCK, LEAN, layout, record
 

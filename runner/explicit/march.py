@@ -6,7 +6,7 @@ output time is split there; the last step lands on t1.
 
 import numpy as np
 
-from qddot.runner.explicit.slopes import look_up, settle, slope
+from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_stages
 from qddot.runner.explicit.workspace import (
     BLOCK_BYTES,
@@ -15,13 +15,12 @@ from qddot.runner.explicit.workspace import (
     Y,
     combine_with_latest,
     copy,
-    row_address,
-    states,
-    write_states,
 )
+from qddot.runner.frame.log import next_stop, save, take_wanted
+from qddot.runner.frame.space import look_up, row_address, states
 from qddot.runner.inputs.instants import ROUNDING, rounding
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.machine.memory import INLINE, LEAN, floats, layout
 from qddot.runner.machine.sums import any_beyond, copy_items
 from qddot.runner.problem import Status
 
@@ -29,16 +28,11 @@ from qddot.runner.problem import Status
 SNAP = 1e-9
 RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(Status.NON_FINITE)
 
-#: Fields of a march. stops (n_stops,): rising times within (t0, t1) that are landed on, save_at_stop whether the state
-#: is saved there; stop: the next one. The steps end at t0 + k*step for k = 1..grid_points - 1, then at t1; grid: those
-#: behind us; every: grid points between two saved ones, 0 for none. saved_t, saved_x: `room` points, of which `saved`
-#: are used. restart: the next step begins where the inputs may have changed; known: they are looked up at its start.
-#: now: time of the state; limit: the size at which a state counts as diverged; failed_at, failed_state: where it did.
-MARCH = layout(
-    "stops n_stops save_at_stop stop grid_points grid every saved_t saved_x room saved "
-    "steps failed_state restart known",
-    "t0 t1 step now limit failed_at",
-)
+#: Fields of a march. The steps end at t0 + k*step for k = 1..grid_points - 1, then at t1; grid: those behind us; every:
+#: grid points between two saved ones, 0 for none. restart: the next step begins where the inputs may have changed;
+#: known: they are looked up at its start. now: time of the state; limit: the size at which a state counts as diverged;
+#: failed_at, failed_state: where it did.
+MARCH = layout("grid_points grid every steps failed_state restart known", "t0 t1 step now limit failed_at")
 
 
 @compiled(**INLINE)
@@ -47,18 +41,18 @@ def steps_of(t0, t1, step):
     return max(1.0, np.ceil((t1 - t0) / step - max(SNAP, ROUNDING * abs(t1) / step)))
 
 
-def advance(space, tableau, march, most_steps):
+def run_slice(space, tableau, march, log, most_steps):
     """March at most `most_steps` steps; returns a Status."""
     status = RUNNING
     for _ in range(most_steps):
-        target = next_target(march)
-        take_step(space, tableau, march, target - march.now)
+        target = next_target(march, log)
+        march_to(space, tableau, march, log, target)
         march.steps += 1
         if diverged(space, march.limit):
             march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
             return NON_FINITE
         accept(space)
-        status = land(space, march, target)
+        status = land(space, march, log, target)
         if status != RUNNING:
             return status
     return status
@@ -71,24 +65,18 @@ def next_grid_point(march):
 
 
 @compiled(**LEAN)
-def next_stop(march):
-    """The next stop, infinite after the last."""
-    return floats(march.stops, march.n_stops)[march.stop] if march.stop < march.n_stops else np.inf
-
-
-@compiled(**LEAN)
-def next_target(march):
+def next_target(march, log):
     """Where the next step ends."""
-    stop, grid = next_stop(march), next_grid_point(march)
+    stop, grid = next_stop(log), next_grid_point(march)
     return stop if stop <= grid + rounding(grid) else grid
 
 
 @compiled(**INLINE)
-def take_step(space, tableau, march, h):
-    """From Y at march.now: the slopes and NEW, a step h on."""
-    t = march.now
+def march_to(space, tableau, march, log, target):
+    """From Y at march.now: the slopes and NEW, the state at `target`."""
+    t, h = march.now, target - march.now
     if march.restart:
-        settle(space, t, min(next_stop(march), march.t1) - t)
+        settle(space, t, min(next_stop(log), march.t1) - t)
     elif not march.known:
         look_up(space, t, h, 0.0)
     slope(space, t, Y, K0)
@@ -98,30 +86,19 @@ def take_step(space, tableau, march, h):
 
 
 @compiled(**INLINE)
-def land(space, march, target):
+def land(space, march, log, target):
     """Make `target` the present time, and save the state if it is to be saved; returns a status."""
-    at_stop = next_stop(march) <= target
+    at_stop = next_stop(log) <= target
     at_grid = not at_stop or target >= next_grid_point(march) - rounding(target)
     march.now, march.restart = target, at_stop
     march.grid += at_grid
-    finished = march.grid == march.grid_points
-    wanted = at_stop and integers(march.save_at_stop, march.n_stops)[march.stop] != 0
-    wanted = wanted or (at_grid and march.every > 0 and march.grid % march.every == 0)
-    march.stop += at_stop
-    if finished or wanted:
-        save(space, march)
-    return FINISHED if finished else RUNNING
-
-
-@compiled(**LEAN)
-def save(space, march):
-    """Append the state, unless the last point is of this time."""
-    place = march.saved
-    times = floats(march.saved_t, march.room)
-    if place == 0 or times[place - 1] < march.now:
-        times[place] = march.now
-        write_states(space, Y, march.saved_x + 8 * space.n * place)
-        march.saved = place + 1
+    wanted = at_grid and march.every > 0 and march.grid % march.every == 0
+    if at_stop:
+        wanted |= take_wanted(log, target)
+        log.stop += 1
+    if wanted:
+        save(log, target, row_address(space, Y))
+    return FINISHED if march.grid == march.grid_points else RUNNING
 
 
 @compiled(**INLINE)

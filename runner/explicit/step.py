@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.explicit.slopes import look_up, slope, slope_by_arrays
+from qddot.runner.explicit.slopes import slope, slope_by_arrays
 from qddot.runner.explicit.tableau import ButcherTableau
 from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
 from qddot.runner.explicit.workspace import (
@@ -23,9 +23,9 @@ from qddot.runner.explicit.workspace import (
     Y,
     combine,
     combine_with_latest,
-    row_address,
     sum_rows,
 )
+from qddot.runner.frame.space import look_up, row_address
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, address, floats, layout, record
 from qddot.runner.machine.stage import call_stage

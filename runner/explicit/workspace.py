@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.inputs.reader import reader_for
+from qddot.runner.frame.space import make_space, row_address, space_layout
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, address, floats, layout, record, writable
+from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, floats
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.machine.stage import stage_pointer
 from qddot.runner.machine.sums import add_latest, sum_slopes
@@ -28,40 +28,15 @@ ROWS = K0 + MOST_STAGES
 BLOCK_BYTES = 8 * BLOCK
 
 
-#: Fields of a space, what a step reads and writes: addresses (see `memory`, `pointers`) and lengths. rhs; by_item: not
-#: 0 where it takes the state of a stage (see `stage`); work: the rows; n states, in so many blocks; stride: bytes of a
-#: row; weights (MOST_STAGES,): room; constants (n_constants,); u (channels,); reader (reader_size,); pieces to order as
-#: in `InputTable`; steady: not 0 while all inputs are constant.
-SPACE = layout(
-    "rhs by_item work n blocks stride weights constants n_constants n_inputs channels u reader reader_size steady "
-    "pieces n_pieces first last rate offset order"
-)
-
-
-@compiled(**INLINE)
-def row_address(space, row):
-    """The address of a row."""
-    return space.work + space.stride * row
-
-
-@compiled(**VIEW)
-def states(space, row):
-    """The states of a row, (n,)."""
-    return floats(row_address(space, row), space.n)
+#: Fields beside those of every space. by_item: not 0 where rhs takes the state of a stage (see `stage`); a row is in so
+#: many blocks; weights (MOST_STAGES,): room.
+SPACE = space_layout("by_item blocks weights")
 
 
 @compiled(**VIEW)
 def block(space, row, b):
     """The b-th block of a row, (BLOCK,)."""
     return floats(row_address(space, row) + BLOCK_BYTES * b, BLOCK)
-
-
-@compiled(**LEAN)
-def write_states(space, row, where):
-    """Write the states of a row to an address."""
-    x, target = states(space, row), floats(where, space.n)
-    for i in range(space.n):
-        target[i] = x[i]
 
 
 @compiled(**INLINE)
@@ -99,35 +74,20 @@ def space_for(
     problem: Problem, rtol: NDArray[np.float64], atol: NDArray[np.float64]
 ) -> tuple[np.void, dict[str, NDArray[Any]]]:
     """A space with the initial state and the tolerances, each (1,) or (n,), and the arrays it points into."""
-    n = len(problem.initial_state)
-    blocks = max(1, -(-n // BLOCK))
-    inputs = problem.inputs
-    arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
-    arrays |= {
+    blocks = max(1, -(-len(problem.initial_state) // BLOCK))
+    own: dict[str, NDArray[Any]] = {
         "work": _initial_work(problem.initial_state, rtol, atol, blocks),
         "weights": np.zeros(MOST_STAGES),
-        "constants": np.array(problem.constants, dtype=np.float64),
-        "u": np.zeros(max(1, len(inputs.first))),
-        "reader": reader_for(inputs),
     }
-    numbers = {
-        "rhs": _rhs(problem),
-        "by_item": int(problem.by_item),
-        "n": n,
-        "blocks": blocks,
-        "stride": blocks * BLOCK_BYTES,
-        "n_constants": len(problem.constants),
-        "n_inputs": int(problem.n_inputs),
-        "channels": len(inputs.first),
-        "n_pieces": len(inputs.pieces),
-        "reader_size": len(arrays["reader"]),
-    }
-    places = {name: address(array) for name, array in arrays.items() if name != "breakpoints"}
-    return record(SPACE, **numbers, **places), arrays
-
-
-def _rhs(problem: Problem) -> int:
-    return stage_pointer(problem.rhs) if problem.by_item else pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs")
+    return make_space(
+        SPACE,
+        problem,
+        own,
+        rhs=stage_pointer(problem.rhs) if problem.by_item else pointer(problem.rhs, abi.VECTOR_KERNEL, "rhs"),
+        by_item=int(problem.by_item),
+        blocks=blocks,
+        stride=blocks * BLOCK_BYTES,
+    )
 
 
 def state_of(space: np.void, arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64]:

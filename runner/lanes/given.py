@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from qddot.runner import checks
 from qddot.runner.checks import shown, unknown, whole
+from qddot.runner.frame.spans import check_advances
 from qddot.runner.lanes.signals import count_runs
 from qddot.runner.load import Model
 from qddot.runner.methods import Method
 from qddot.runner.options import Options
-from qddot.runner.spans import check_advances
 
 Floats = NDArray[np.float64]
 

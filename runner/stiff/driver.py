@@ -1,4 +1,4 @@
-"""Sets up and drives the run of a stiff method, slice by slice."""
+"""A run of a stiff method around its compiled loop: its settings, and algebraic states made consistent at starts."""
 
 from collections.abc import Callable
 from functools import cache
@@ -8,172 +8,103 @@ import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
 
-from qddot.runner.events.kinds import EventLog, names_of, watch_for
-from qddot.runner.events.search import WATCH
-from qddot.runner.inputs.instants import ROUNDING, after, between
+from qddot.runner.frame.consistent import AlgebraicEquations, InconsistentError, consistent_state
+from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.log import LOG, Log, log_for
+from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.search import WATCH
+from qddot.runner.frame.slices import run_slices
+from qddot.runner.frame.stops import stops_to_end
+from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.machine.memory import address, record
+from qddot.runner.machine.memory import record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
-from qddot.runner.slices import drive
-from qddot.runner.stiff.consistent import AlgebraicEquations, InconsistentError, consistent_state
-from qddot.runner.stiff.run import CORRECT, POINTS, START
+from qddot.runner.stiff.loop import CORRECT, START
 from qddot.runner.stiff.space import SPACE, THRESHOLD, X, space_for
 
 #: Scalar operations of a slice: some ten milliseconds, so that Ctrl-C is heard.
 SLICE_WORK = 100_000_000
-FOUND = ("found_t", "found_event", "found_x")
 COUNTS = ("steps", "failed_attempts", "evaluations", "jacobians", "factorizations", "linear_solves")
 
-Array = NDArray[np.float64]
 
+def integrate_stiff(
+    problem: Problem, options: Options, run_slice: Callable[..., Any], rows: int, control: np.dtype, **own: Any
+) -> Trajectory:
+    """Integrate by a method's loop, run_slice(space, s, log, watch, most_steps), with `rows` of vectors.
 
-class Run:
-    """One run: the arrays that the compiled loop works on, and the saved points, which grow between slices."""
+    control: the type of the record of scalars s; own: initial values of the method's own among them. Raises ValueError
+    for initial values that cannot be made consistent with the algebraic equations.
+    """
+    start = working_time()
+    space, arrays = space_for(problem, options, rows)
+    watch, watch_arrays = watch_for(options.events, int(space["n"]))
+    stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
+    wanted = wanted_times(options.output_times, problem.t0, problem.t1)
+    refine = 0 if options.output_times is not None else options.refine or 1
+    log = log_for(problem, stops, wanted, refine=refine, events=len(options.events))
+    s = record(control, **_settings(problem, options), **own)
+    loop, n = compiled_loop(run_slice, control), int(space["n"])
+    most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
 
-    def __init__(self, problem: Problem, options: Options, rows: int, control: np.dtype, **settings: Any) -> None:
-        """Allocate everything; `control` types the record of scalars, `settings` are initial values of some."""
-        self.problem, self.options = problem, options
-        self.space, self.arrays = space_for(problem, options, rows)
-        self.state = self.arrays["work"][X]
-        self.watch, self.watch_arrays = watch_for(options.events, int(self.space["n"]))
-        self.stops, self.requested = stops(problem), requested_times(problem, options)
-        room, event_room = max(4096, len(self.requested) + 1), max(1, 8 * len(options.events))
-        self.log: dict[str, NDArray[Any]] = {
-            "saved_t": np.full(room, float(problem.t0)),
-            "saved_x": np.tile(self.state, (room, 1)),
-            "found_t": np.zeros(event_room),
-            "found_event": np.zeros(event_room, dtype=np.int64),
-            "found_x": np.zeros((event_room, int(self.space["n"]))),
-        }
-        self.control = record(control, **self._settings(), **settings)
+    def one_slice() -> int:
+        if s["phase"] == CORRECT and not _make_consistent(problem, options, s, arrays["work"], log):
+            return Status.NEWTON_FAILURE
+        log.make_room(len(options.events))
+        return int(loop(space, s, log.record, watch, most_steps))
 
-    def _settings(self) -> dict[str, Any]:
-        options, span = self.options, float(self.problem.t1) - float(self.problem.t0)
-        mass = self.problem.mass_matrix
-        algebraic = mass is not None and int(np.linalg.matrix_rank(mass)) < len(self.state)
-        return {
-            "t": self.problem.t0,
-            "h_max": min(options.max_step or 0.1 * span, span),
-            "first_step": options.first_step or 0.0,
-            "longest_first": self.problem.longest_first_step,
-            "rtol": options.least_rtol,
-            "limit": options.divergence_limit,
-            "refine": options.refine or 1,
-            "max_steps": options.max_steps or np.iinfo(np.int64).max,
-            "failed_state": -1,
-            "saved": 1,
-            "unit_mass": mass is None,
-            "algebraic": algebraic,
-            "phase": CORRECT if algebraic else START,
-        }
-
-    def points(self) -> np.void:
-        """Where the loop finds its stops and saves its points, after making room where there is little left."""
-        log, s = self.log, self.control
-        for short, names in (
-            (s["saved"] == len(log["saved_t"]), ("saved_t", "saved_x")),
-            (s["found"] + 2 * self.watch["count"] > len(log["found_t"]), FOUND),
-        ):
-            if short:
-                log |= {name: np.concatenate([log[name], np.zeros_like(log[name])]) for name in names}
-        return record(
-            POINTS,
-            n=int(self.space["n"]),
-            stops=address(self.stops),
-            n_stops=len(self.stops),
-            requested=address(self.requested),
-            n_requested=len(self.requested),
-            room=len(log["saved_t"]),
-            event_room=len(log["found_t"]),
-            **{name: address(array) for name, array in log.items()},
-        )
-
-    def drive(self, advance: Callable[..., Any]) -> Trajectory:
-        """Call the method's loop, advance(space, s, points, watch, most_steps), compiled, to the run's end.
-
-        Raises ValueError for initial values that cannot be made consistent with the algebraic equations.
-        """
-        loop = compiled_loop(advance, self.control.dtype)
-        start, n = working_time(), int(self.space["n"])
-        t0, span = float(self.problem.t0), float(self.problem.t1) - float(self.problem.t0)
-        most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
-
-        def one_slice() -> int:
-            if self.control["phase"] == CORRECT and not self._make_consistent():
-                return Status.NEWTON_FAILURE
-            return loop(self.space, self.control, self.points(), self.watch, most_steps)
-
-        status = drive(
-            one_slice,
-            fraction_done=lambda: (self.control["t"] - t0) / span,
-            progress=self.options.progress,
-            time_limit=self.options.time_limit,
-        )
-        return self._trajectory(status, working_time() - start)
-
-    def _make_consistent(self) -> bool:
-        """Correct the algebraic states where a segment begins; False where that fails after the start."""
-        s = self.control
-        side = after.py_func(s["t"], self.stops[s["segment"]] - s["t"])
-        threshold = self.arrays["work"][THRESHOLD]
-        equations = AlgebraicEquations(self.problem, float(s["t"]), float(side), threshold)
-        try:
-            self.state[:] = consistent_state(equations, self.state.copy(), self.options.least_rtol)
-        except InconsistentError:
-            if s["steps"] == 0:
-                raise
-            return False
-        if s["steps"] == 0:
-            self.log["saved_x"][0] = self.state
-        s["evaluations"] += equations.evaluations
-        s["jacobians"] += equations.jacobians
-        s["phase"] = START
-        return True
-
-    def _trajectory(self, status: Status, wall_time: float) -> Trajectory:
-        """The saved points; a run that was cut short ends with its last state."""
-        s, log = self.control, self.log
-        t, x = log["saved_t"][: s["saved"]], log["saved_x"][: s["saved"]]
-        if status is not Status.FINISHED and t[-1] < s["t"]:
-            t, x = np.append(t, s["t"]), np.vstack([x, self.state])
-        failed = status in (Status.NON_FINITE, Status.STEP_UNDERFLOW, Status.NEWTON_FAILURE)
-        found_t, found_event, found_x = (log[name][: s["found"]].copy() for name in FOUND)
-        names = names_of(self.options.events)
-        return Trajectory(
-            t=t.copy(),
-            states=x.copy(),
-            status=status,
-            statistics=Statistics(**{name: int(s[name]) for name in COUNTS}, wall_time=wall_time),
-            failed_at=float(max(s["t"], s["t_new"])) if failed else np.nan,
-            failed_state=int(s["failed_state"]) if failed else -1,
-            extras={"events": EventLog(found_t, found_event, found_x, names)} if names else {},
-        )
+    status = run_slices(
+        one_slice,
+        fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
+        progress=options.progress,
+        time_limit=options.time_limit,
+    )
+    log.save(float(s["t"]), arrays["work"][X])
+    del watch_arrays  # The loop knew them by address: they had to live until here.
+    counts = Statistics(**{name: int(s[name]) for name in COUNTS}, wall_time=working_time() - start)
+    return log.trajectory(status, counts, max(s["t"], s["t_new"]), s["failed_state"], options.events)
 
 
 @cache
-def compiled_loop(advance: Callable[..., Any], control: np.dtype) -> Any:
+def compiled_loop(run_slice: Callable[..., Any], control: np.dtype) -> Any:
     """A method's loop, with `control` the type of its record of scalars."""
-    signature = types.int64(*map(from_dtype, (SPACE, control, POINTS, WATCH)), types.int64)
-    return compiled(signature, nogil=True)(advance)
+    signature = types.int64(*map(from_dtype, (SPACE, control, LOG, WATCH)), types.int64)
+    return compiled(signature, nogil=True)(run_slice)
 
 
-def stops(problem: Problem) -> Array:
-    """The breakpoints of the inputs within the span, and its end."""
-    t0, t1 = float(problem.t0), float(problem.t1)
-    if not t0 < t1:
-        raise ValueError(f"the run goes from t0 = {t0} to t1 = {t1}, expected t1 greater than t0")
-    return np.append(between(problem.inputs.breakpoints, t0, t1), t1)
+def _settings(problem: Problem, options: Options) -> dict[str, Any]:
+    span, mass = float(problem.t1) - float(problem.t0), problem.mass_matrix
+    algebraic = mass is not None and int(np.linalg.matrix_rank(mass)) < len(problem.initial_state)
+    return {
+        "t": problem.t0,
+        "h_max": min(options.max_step or 0.1 * span, span),
+        "first_step": options.first_step or 0.0,
+        "longest_first": problem.longest_first_step,
+        "rtol": options.least_rtol,
+        "limit": options.divergence_limit,
+        "max_steps": options.max_steps or np.iinfo(np.int64).max,
+        "failed_state": -1,
+        "unit_mass": mass is None,
+        "algebraic": algebraic,
+        "phase": CORRECT if algebraic else START,
+    }
 
 
-def requested_times(problem: Problem, options: Options) -> Array:
-    """The output times after t0, the last of them t1; none where every step is to be saved."""
-    if options.output_times is None:
-        return np.empty(0)
-    t0, t1 = float(problem.t0), float(problem.t1)
-    times = np.asarray(options.output_times)
-    outside = times[(t0 - times > ROUNDING * abs(t0)) | (times - t1 > ROUNDING * abs(t1))]
-    if outside.size:
-        raise ValueError(f"output time {outside[0]} is outside the span from {t0} to {t1}")
-    return np.append(between(times, t0, t1), t1)
+def _make_consistent(problem: Problem, options: Options, s: np.void, v: NDArray[np.float64], log: Log) -> bool:
+    """Correct the algebraic states where a segment begins; False where that fails after the start."""
+    stop = log.arrays["stops"][log.record["stop"]]
+    side = after.py_func(s["t"], stop - s["t"])
+    equations = AlgebraicEquations(problem, float(s["t"]), float(side), v[THRESHOLD])
+    try:
+        v[X] = consistent_state(equations, v[X].copy(), options.least_rtol)
+    except InconsistentError:
+        if s["steps"] == 0:
+            raise
+        return False
+    if s["steps"] == 0:
+        log.arrays["saved_x"][0] = v[X]
+    s["evaluations"] += equations.evaluations
+    s["jacobians"] += equations.jacobians
+    s["phase"] = START
+    return True

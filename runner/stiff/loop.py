@@ -1,51 +1,123 @@
-"""The compiled loop that all stiff methods share: segments, steps, events, saved points.
+"""The compiled loop that all stiff methods share: segments, steps, and what the frame does at the end of a step.
 
-A method is four functions: first_step(space, s, v) begins a segment; step(space, s, v) takes an accepted step and
-returns a status; prepare_polynomial(s, v) writes the step's dense output; choose_next(s, v) sets the step to come.
+A run is cut into segments at the breakpoints of the inputs. A method starts afresh in each one, because a jump in f, or
+in a low derivative of it, makes what it knew of the past worthless.
+
+A method is four functions: first_step(space, s, v) begins a segment; take_good_step(space, s, v) takes an accepted step
+and returns a status; prepare_polynomial(space, s) writes the step's dense output; choose_next(s, v) sets the step to
+come.
 """
 
+import numpy as np
+
+from qddot.runner.frame.log import has_room, next_stop
+from qddot.runner.frame.search import NONE
+from qddot.runner.frame.space import row_address, set_inputs
+from qddot.runner.frame.step_end import events_at_start, finish_step
+from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE
-from qddot.runner.stiff.events import finish_events, watch_step
-from qddot.runner.stiff.run import (
-    RUNNING,
-    START,
-    STEP,
-    begin_segment,
-    check_step,
-    finish_step,
-    must_return,
-    save_step,
-    wants_inner_points,
-)
-from qddot.runner.stiff.space import vectors
+from qddot.runner.machine.memory import INLINE, LEAN
+from qddot.runner.problem import Status
+from qddot.runner.stiff.space import WITHIN, X_NEW, F, X, vectors
+from qddot.runner.stiff.system import evaluate_f, evaluate_jacobian, evaluate_polynomial
+
+RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
+NON_FINITE, TOO_MANY_STEPS = int(Status.NON_FINITE), int(Status.TOO_MANY_STEPS)
+#: What the loop does next: have the algebraic states corrected, begin a segment, take a step.
+CORRECT, START, STEP = range(3)
 
 
 @compiled(**INLINE)
-def take_steps(space, s, points, watch, most_steps, first_step, step, prepare_polynomial, choose_next):
+def take_steps(space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_next):
     """Take at most `most_steps` steps of a method; returns a Status."""
     v = vectors(space)
     status = RUNNING
     for _ in range(most_steps):
-        if must_return(s, points, watch):
+        if s.phase == CORRECT or not has_room(log, watch.count):
             break
         if s.phase == START:
-            status = begin_segment(space, s, v, points, watch)
-            if status == RUNNING:
-                first_step(space, s, v)
-        if status == RUNNING and s.phase == STEP:
-            status = step(space, s, v)
-            if status == RUNNING:
-                status = check_step(s, v)
-            if status == RUNNING:
-                happened = watch_step(space, s, watch)
-                if happened > 0 or wants_inner_points(s, points):
-                    prepare_polynomial(s, v)
-                finish_events(space, s, v, points, watch, happened)
-        if status != RUNNING or not save_step(s, v, points):
+            status = begin_segment(space, s, v, log, watch)
+            if status != RUNNING:
+                break
+            first_step(space, s, v)
+        status = take_good_step(space, s, v)
+        if status == RUNNING:
+            status = check_step(s, v)
+        if status != RUNNING:
             break
+        new = row_address(space, X_NEW)
+        ended = finish_step(space, s, log, watch, s.t, s.length, s.t_new, new, prepare_polynomial, state_within)
+        if ended != NONE:
+            cut_step(space, s, v, ended)
         choose_next(s, v)
-        status = finish_step(s, v, points)
+        status = complete_step(s, v, log, ended)
         if status != RUNNING:
             break
     return status
+
+
+@compiled(**LEAN)
+def state_within(space, s, theta):
+    """The address of the state at part theta of the step, from its prepared polynomial."""
+    if theta == 0.0:
+        return row_address(space, X)
+    evaluate_polynomial(vectors(space), theta)
+    return row_address(space, WITHIN)
+
+
+@compiled(**INLINE)
+def begin_segment(space, s, v, log, watch):
+    """Evaluate f, its Jacobian and the events at the start of a segment; returns a status."""
+    s.segment_end = next_stop(log)
+    s.reaches_end = False
+    s.length, s.t_new = 0.0, s.t
+    set_inputs(space, s.t, after(s.t, s.segment_end - s.t))
+    if events_at_start(space, s, log, watch, s.t, s.steps == 0, state_within):
+        return TERMINATED
+    evaluate_f(space, s, s.t, X, F)
+    for i in range(v.shape[1]):
+        if not np.isfinite(v[F, i]):
+            s.failed_state = i
+            return NON_FINITE
+    evaluate_jacobian(space, s, v, s.t, 0.0)
+    s.fresh_jacobian = True
+    s.phase = STEP
+    return RUNNING
+
+
+@compiled(**INLINE)
+def check_step(s, v):
+    """Take note of a new step; returns NON_FINITE where a state is NaN or larger than the limit."""
+    s.length = s.t_new - s.t
+    for i in range(v.shape[1]):
+        if not abs(v[X_NEW, i]) <= s.limit:
+            s.failed_state = i
+            return NON_FINITE
+    return RUNNING
+
+
+@compiled(**INLINE)
+def cut_step(space, s, v, theta):
+    """End the step at part theta of it."""
+    state_within(space, s, theta)
+    s.t_new = s.t + theta * s.length
+    for i in range(v.shape[1]):
+        v[X_NEW, i] = v[WITHIN, i]
+
+
+@compiled(**INLINE)
+def complete_step(s, v, log, ended):
+    """Make the new point the present one; returns a status."""
+    s.t = s.t_new
+    for i in range(v.shape[1]):
+        v[X, i] = v[X_NEW, i]
+    s.steps += 1
+    s.fresh_jacobian = False
+    if ended != NONE:
+        return TERMINATED
+    if s.reaches_end:
+        log.stop += 1
+        s.phase = CORRECT if s.algebraic else START
+        if log.stop == log.n_stops:
+            return FINISHED
+    return TOO_MANY_STEPS if s.steps >= s.max_steps else RUNNING

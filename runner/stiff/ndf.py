@@ -12,7 +12,7 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
-from qddot.runner.stiff.driver import Run
+from qddot.runner.stiff.driver import integrate_stiff
 from qddot.runner.stiff.loop import take_steps
 from qddot.runner.stiff.ndf_choice import choose_after_success
 from qddot.runner.stiff.ndf_formulas import (
@@ -25,7 +25,7 @@ from qddot.runner.stiff.ndf_formulas import (
     ROWS,
     prepare_polynomial,
 )
-from qddot.runner.stiff.ndf_step import form_matrix, step
+from qddot.runner.stiff.ndf_step import form_matrix, take_good_step
 from qddot.runner.stiff.space import F, X, control_type
 from qddot.runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
@@ -74,9 +74,11 @@ def _limited(rate, longest, shortest):
     return max(1.0 / rate if longest * rate > 1.0 else longest, shortest)
 
 
-def advance(space, s, points, watch, most_steps):
+def run_slice(space, s, log, watch, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
-    return take_steps(space, s, points, watch, most_steps, first_step, step, prepare_polynomial, choose_after_success)
+    return take_steps(
+        space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_after_success
+    )
 
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
@@ -87,5 +89,5 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
     consistent.
     """
-    run = Run(problem, options, ROWS, CONTROL, max_order=options.max_order, bdf=options.bdf)
-    return run.drive(advance)
+    own = {"max_order": options.max_order, "bdf": options.bdf}
+    return integrate_stiff(problem, options, run_slice, ROWS, CONTROL, **own)

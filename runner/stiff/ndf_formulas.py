@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
-from qddot.runner.stiff.space import DEGREE, OWN, POLYNOMIAL
+from qddot.runner.stiff.space import DEGREE, OWN, POLYNOMIAL, vectors
 
 HIGHEST_ORDER = 5
 
@@ -70,8 +70,9 @@ def rescale(s, v, k, ratio):
 
 
 @compiled(**LEAN)
-def prepare_polynomial(s, v):
+def prepare_polynomial(space, s):
     """Write the interpolant of the step just taken, in its end and the k differences there (equation 2)."""
+    v = vectors(space)
     for p in range(DEGREE):
         for i in range(v.shape[1]):
             total = 0.0

@@ -5,6 +5,7 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 
 import numpy as np
 
+from qddot.runner.frame.space import set_inputs
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
@@ -17,7 +18,6 @@ from qddot.runner.stiff.system import (
     evaluate_jacobian,
     factorize_shifted,
     find_non_finite,
-    set_inputs,
     set_weights,
     solve_factorized,
     weighted_norm,
@@ -35,7 +35,7 @@ STEP_UNDERFLOW, NEWTON_FAILURE = int(Status.STEP_UNDERFLOW), int(Status.NEWTON_F
 
 
 @compiled(**LEAN)
-def step(space, s, v):
+def take_good_step(space, s, v):
     """Take one accepted step from (s.t, v[X]) to (s.t_new, v[X_NEW]); returns RUNNING, or how it failed."""
     _prepare(space, s, v)
     first_failure, last_error = True, np.inf

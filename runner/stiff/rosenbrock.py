@@ -14,9 +14,9 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
-from qddot.runner.stiff.driver import Run
+from qddot.runner.stiff.driver import integrate_stiff
 from qddot.runner.stiff.loop import take_steps
-from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, step
+from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, take_good_step
 from qddot.runner.stiff.space import F, X, control_type
 from qddot.runner.stiff.system import CENTRAL_BELOW, ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
@@ -59,9 +59,9 @@ def choose_next(s, v):
     s.h = s.next_h
 
 
-def advance(space, s, points, watch, most_steps):
+def run_slice(space, s, log, watch, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
-    return take_steps(space, s, points, watch, most_steps, first_step, step, prepare_polynomial, choose_next)
+    return take_steps(space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_next)
 
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
@@ -77,5 +77,4 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     step_control = control_for(name, ERROR_ORDER, options.least_rtol, float(options.divergence_limit))
     central = options.least_rtol < CENTRAL_BELOW
     stepping = {field: step_control[field] for field in STEPPING}
-    run = Run(problem, options, ROWS, CONTROL, central=central, **stepping)
-    return run.drive(advance)
+    return integrate_stiff(problem, options, run_slice, ROWS, CONTROL, central=central, **stepping)

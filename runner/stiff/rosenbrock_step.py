@@ -6,18 +6,18 @@ The form of HW, equation IV.7.25; see `tableau_rosenbrock`.
 import numpy as np
 
 from qddot.runner.explicit.controller import MATLAB, after_failure, after_success
+from qddot.runner.frame.space import set_inputs
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
-from qddot.runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square
+from qddot.runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square, vectors
 from qddot.runner.stiff.system import (
     careful_time_derivative,
     evaluate_f,
     evaluate_jacobian,
     factorize_shifted,
     find_non_finite,
-    set_inputs,
     set_weights,
     solve_factorized,
     time_derivative,
@@ -38,7 +38,7 @@ RUNNING, NON_FINITE, STEP_UNDERFLOW = int(Status.RUNNING), int(Status.NON_FINITE
 
 
 @compiled(**LEAN)
-def step(space, s, v):
+def take_good_step(space, s, v):
     """Take one accepted step from (s.t, v[X]) to (s.t_new, v[X_NEW]); returns RUNNING, or how it failed."""
     s.h_min = 16.0 * np.spacing(abs(s.t))
     s.h = min(s.h_max, max(s.h_min, s.h))
@@ -142,8 +142,9 @@ def _scaled_error(s, v):
 
 
 @compiled(**LEAN)
-def prepare_polynomial(s, v):
+def prepare_polynomial(space, s):
     """Write the dense output, of order 4, of the step just taken."""
+    v = vectors(space)
     for i in range(v.shape[1]):
         D1, D2, D3 = 0.0, 0.0, 0.0
         for stage in range(STAGES):

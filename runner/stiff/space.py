@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.abi import MATRIX_KERNEL, VECTOR_KERNEL
-from qddot.runner.inputs.reader import reader_for
+from qddot.runner.frame.consistent import mass_matrix
+from qddot.runner.frame.space import make_space, space_layout
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.linear_algebra import find_lapack
-from qddot.runner.machine.memory import VIEW, address, layout, matrix, record, writable
+from qddot.runner.machine.memory import VIEW, matrix
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem
@@ -25,18 +26,15 @@ OWN = POLYNOMIAL + DEGREE
 
 #: Scalars of a run. t, t_new: the step in hand; length: its full length, where an event ends it early; h the step size,
 #: h_max its limit, h_min its least value at t; first_step: of the first segment, 0 for automatic; longest_first: the
-#: longest that it may be, in any. segment: index of the stop that the run is heading for, at segment_end. next_output:
-#: first output time not yet saved; next_part: of the step's `refine` parts. found: events. worst: state with the
-#: largest error or correction. algebraic: the mass matrix is singular. central: Jacobians without a kernel are of
-#: central differences.
+#: longest that it may be, in any. segment_end: the stop that the run is heading for. worst: state with the largest
+#: error or correction. algebraic: the mass matrix is singular. central: Jacobians without a kernel are of central
+#: differences.
 CONTROL = [
     *((name, "f8") for name in ("t", "t_new", "length", "h", "h_min", "h_max", "first_step", "longest_first")),
     *((name, "f8") for name in ("segment_end", "rtol", "limit")),
-    *((name, "i8") for name in ("phase", "segment", "saved", "next_output", "next_part", "refine", "found")),
-    *((name, "i8") for name in ("max_steps", "steps", "failed_attempts", "evaluations", "jacobians")),
+    *((name, "i8") for name in ("phase", "max_steps", "steps", "failed_attempts", "evaluations", "jacobians")),
     *((name, "i8") for name in ("factorizations", "linear_solves", "failed_state", "worst")),
-    *((name, "?") for name in ("reaches_end", "fresh_jacobian", "singular", "unit_mass", "algebraic", "terminated")),
-    ("central", "?"),
+    *((name, "?") for name in ("reaches_end", "fresh_jacobian", "singular", "unit_mass", "algebraic", "central")),
 ]
 
 
@@ -45,15 +43,9 @@ def control_type(own: list[Any]) -> np.dtype:
     return np.dtype([*CONTROL, *own], align=True)
 
 
-#: Addresses and lengths. rhs, jacobian_kernel (0 where there is none); work (rows, n), the vectors; mass, its
-#: pseudo_inverse, jacobian, factors (n, n); pivots (n,); constants (n_constants,); u (channels,); reader
-#: (reader_size,); pieces to order as in `InputTable`; getrf, getrs: LAPACK's. stride: bytes of a row of v, for
-#: `workspace.states`.
-SPACE = layout(
-    "rhs jacobian_kernel n rows stride work mass pseudo_inverse jacobian factors pivots "
-    "constants n_constants n_inputs channels u reader reader_size pieces n_pieces "
-    "first last rate offset order getrf getrs"
-)
+#: Fields beside those of every space. jacobian_kernel, 0 where there is none; work: the vectors, (rows, n); mass, its
+#: pseudo_inverse, jacobian, factors (n, n); pivots (n,). getrf, getrs: LAPACK's.
+SPACE = space_layout("jacobian_kernel rows mass pseudo_inverse jacobian factors pivots getrf getrs")
 
 
 @compiled(**VIEW)
@@ -73,49 +65,25 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
 
     Raises ValueError for a mass matrix of the wrong shape, or an atol that is not one number or one for each state.
     """
-    n, inputs, kernel = len(problem.initial_state), problem.inputs, problem.jacobian
-    mass = mass_matrix(problem)
-    arrays: dict[str, NDArray[Any]] = {name: writable(getattr(inputs, name)) for name in inputs._fields}
-    arrays |= {
+    n, kernel, mass = len(problem.initial_state), problem.jacobian, mass_matrix(problem)
+    own: dict[str, NDArray[Any]] = {
         "work": _initial_vectors(problem, options, rows),
         "mass": mass,
         "pseudo_inverse": mass if problem.mass_matrix is None else _pseudo_inverse(mass),
         "jacobian": np.zeros((n, n)),
         "factors": np.zeros((n, n)),
         "pivots": np.zeros(n, dtype=np.int64),
-        "constants": np.array(problem.constants, dtype=np.float64),
-        "u": np.zeros(max(1, len(inputs.first))),
-        "reader": reader_for(inputs),
     }
-    numbers = {
-        "rhs": pointer(problem.rhs, VECTOR_KERNEL, "rhs"),
-        "jacobian_kernel": 0 if kernel is None else pointer(kernel, MATRIX_KERNEL, "jacobian"),
-        "n": n,
-        "rows": rows,
-        "stride": 8 * n,
-        "n_constants": len(problem.constants),
-        "n_inputs": int(problem.n_inputs),
-        "channels": len(inputs.first),
-        "n_pieces": len(inputs.pieces),
-        "reader_size": len(arrays["reader"]),
+    return make_space(
+        SPACE,
+        problem,
+        own,
+        rhs=pointer(problem.rhs, VECTOR_KERNEL, "rhs"),
+        jacobian_kernel=0 if kernel is None else pointer(kernel, MATRIX_KERNEL, "jacobian"),
+        rows=rows,
+        stride=8 * n,
         **find_lapack(n)._asdict(),
-    }
-    places = {name: address(arrays[name]) for name in SPACE.names or () if name not in numbers}
-    return record(SPACE, **numbers, **places), arrays
-
-
-def mass_matrix(problem: Problem) -> NDArray[np.float64]:
-    """The mass matrix (n, n), of unity where none is given."""
-    n = len(problem.initial_state)
-    if problem.mass_matrix is None:
-        return np.eye(n)
-    mass = np.array(problem.mass_matrix, dtype=np.float64)
-    if mass.shape != (n, n):
-        raise ValueError(f"mass_matrix has shape {mass.shape}, expected ({n}, {n}) for {n} states")
-    if not np.isfinite(mass).all():
-        row, column = np.argwhere(~np.isfinite(mass))[0]
-        raise ValueError(f"mass_matrix[{row}, {column}] is {mass[row, column]}, expected finite numbers")
-    return mass
+    )
 
 
 def _pseudo_inverse(mass: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,19 +1,13 @@
-"""What the stiff methods compute of M x' = f(t, x): inputs, Jacobian, df/dt, factorized combinations, norms."""
-
-from typing import Any
+"""What the stiff methods compute of M x' = f(t, x): Jacobian, df/dt, factorized combinations, norms."""
 
 import numpy as np
-from numba.extending import intrinsic
 
-from qddot.runner.abi import MATRIX_KERNEL
-from qddot.runner.explicit.slopes import constants, input_table, input_values
-from qddot.runner.explicit.workspace import states
+from qddot.runner.frame.space import constants, input_values, set_inputs, states
 from qddot.runner.inputs.instants import side_of
-from qddot.runner.inputs.reader import read
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.linear_algebra import factorize, solve
-from qddot.runner.machine.memory import LEAN, floats, integers
-from qddot.runner.machine.pointers import call_kernel, caller
+from qddot.runner.machine.memory import LEAN, integers
+from qddot.runner.machine.pointers import call_kernel, call_matrix_kernel
 from qddot.runner.stiff.space import (
     DEGREE,
     F_OPPOSITE,
@@ -36,20 +30,6 @@ CBRT_EPS = float(np.cbrt(np.finfo(np.float64).eps))
 #: rtol below which a Rosenbrock method, whose order rests on the Jacobian, takes central differences: of BEAM (80
 #: states) at rtol 1e-9 it needs 17276 steps with forward ones, 2715 with central and 2717 with exact derivatives.
 CENTRAL_BELOW = 1e-4
-
-
-@intrinsic
-def call_matrix_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
-    """Call kernel(t, x, u, c, J) of the calling convention at an address."""
-    return caller(MATRIX_KERNEL)
-
-
-@compiled(**LEAN)
-def set_inputs(space, t, side):
-    """Look the inputs up at t, as limits from the side on which the time `side` lies."""
-    if space.n_inputs > 0:
-        reader = floats(space.reader, space.reader_size)
-        read(input_table(space), reader, t, side, space.n_inputs, input_values(space))
 
 
 @compiled(**LEAN)

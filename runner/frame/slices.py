@@ -9,16 +9,16 @@ from qddot.runner.problem import Status
 REPORT_INTERVAL = 0.1
 
 
-def drive(
-    advance: Callable[[], int],
+def run_slices(
+    one_slice: Callable[[], int],
     *,
     fraction_done: Callable[[], float],
     progress: Callable[[float], None] | None = None,
     time_limit: float | None = None,
 ) -> Status:
-    """Call `advance` until it returns anything but Status.RUNNING, and return that.
+    """Call `one_slice` until it returns anything but Status.RUNNING, and return that.
 
-    advance: runs one bounded slice of the integration and leaves its state where the next call finds it.
+    one_slice: runs one bounded slice of the integration and leaves its state where the next call finds it.
     fraction_done: the part of the span behind us, 0 to 1; handed to `progress` ten times a second and at the end.
     time_limit: seconds of wall time after which the run ends with Status.TIME_LIMIT; Ctrl-C ends it with
     Status.INTERRUPTED. Both keep what was computed. Neither can act inside a slice, so a slice should take
@@ -29,7 +29,7 @@ def drive(
     status = Status.RUNNING
     try:
         while status is Status.RUNNING:
-            status = Status(advance())
+            status = Status(one_slice())
             now = time.perf_counter()
             if progress is not None and (status is not Status.RUNNING or now - reported >= REPORT_INTERVAL):
                 progress(fraction_done())

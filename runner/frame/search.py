@@ -1,10 +1,11 @@
-"""The compiled half of `events`: has a value crossed zero in a step, and where on the dense output did it."""
+"""The compiled half of `events`: has a value crossed zero in a step, and where on the dense output did it.
+
+States are addresses, and a method's dense output is a function of it, see `step_end`.
+"""
 
 import numpy as np
 
-from qddot.runner.explicit.slopes import constants, input_values, look_up
-from qddot.runner.explicit.step import interpolate
-from qddot.runner.explicit.workspace import NEW, WITHIN, states
+from qddot.runner.frame.space import constants, input_values, look_up
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
 from qddot.runner.machine.pointers import call_event, call_kernel
@@ -21,10 +22,10 @@ WATCH = layout("count outputs n_outputs kind place direction terminal level befo
 
 
 @compiled(**LEAN)
-def event_value(i, space, watch, t, row):
-    """The function of event i at time t, state in a row, inputs as they stand in u."""
+def event_value(i, space, watch, t, where):
+    """The function of event i at time t, its state at an address, inputs as they stand in u."""
     kind, place = integers(watch.kind, watch.count)[i], integers(watch.place, watch.count)[i]
-    x, u, c = states(space, row), input_values(space), constants(space)
+    x, u, c = floats(where, space.n), input_values(space), constants(space)
     if kind == FUNCTION:
         return call_event(place, t, x, u, c)
     level = floats(watch.level, watch.count)[i]
@@ -42,29 +43,30 @@ def crossed(before, after, direction):
 
 
 @compiled(**LEAN)
-def mark_crossed(space, watch, t, row):
-    """Write the values at the end of a step, whose state stands in a row and whose inputs in u; mark what crossed.
+def watch_end(space, watch, t, h, where):
+    """Write the values at the end of a step from t to t + h, its state at an address; mark what crossed.
 
     Events that happened in the step have theta 1 from then on; returns how many.
     """
+    look_up(space, t, h, 1.0)
     happened = 0
     before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
     theta, direction = floats(watch.theta, watch.count), integers(watch.direction, watch.count)
     for i in range(watch.count):
-        after[i] = event_value(i, space, watch, t, row)
+        after[i] = event_value(i, space, watch, t + h, where)
         theta[i] = 1.0 if crossed(before[i], after[i], direction[i]) else NONE
         happened += theta[i] != NONE
     return happened
 
 
 @compiled(**LEAN)
-def watch_start(space, watch, t, row, first):
-    """Write the values at a (re)start; marks events that an input's jump caused with theta 0; returns how many."""
+def watch_start(space, watch, t, where, first):
+    """Write the values at a (re)start, the inputs being set; marks events that a jump caused with theta 0: how many."""
     happened = 0
     before, theta = floats(watch.before, watch.count), floats(watch.theta, watch.count)
     direction = integers(watch.direction, watch.count)
     for i in range(watch.count):
-        value = event_value(i, space, watch, t, row)
+        value = event_value(i, space, watch, t, where)
         jumped = not first and crossed(before[i], value, direction[i])
         theta[i] = 0.0 if jumped else NONE
         happened += jumped
@@ -73,11 +75,8 @@ def watch_start(space, watch, t, row, first):
 
 
 @compiled(**INLINE)
-def bisect(space, watch, t, h, value_within, step):
-    """Find theta of the marked events in the step from t to t + h, to the resolution of time; the crossed side of it.
-
-    value_within(i, space, watch, step, theta): the function of event i at part theta of the step, whatever a step is.
-    """
+def bisect(space, step, watch, t, h, state_within):
+    """Find theta of the marked events in the step from t to t + h, to the resolution of time, on the crossed side."""
     before, theta = floats(watch.before, watch.count), floats(watch.theta, watch.count)
     resolution = max(2.0 * np.spacing(abs(t) + abs(h)) / abs(h), 1e-16)
     for i in range(watch.count):
@@ -88,7 +87,9 @@ def bisect(space, watch, t, h, value_within, step):
             middle = 0.5 * (low + high)
             if not low < middle < high:
                 break
-            value = value_within(i, space, watch, step, middle)
+            where = state_within(space, step, middle)
+            look_up(space, t, h, middle)
+            value = event_value(i, space, watch, t + middle * h, where)
             if (value >= 0.0) if before[i] < 0.0 else (value <= 0.0):
                 high = middle
             else:
@@ -108,21 +109,8 @@ def earliest(watch):
 
 
 @compiled(**LEAN)
-def watch_step(space, watch, t, h):
-    """For explicit methods: write the values at the end of a step and mark its events; returns how many."""
-    look_up(space, t, h, 1.0)
-    return mark_crossed(space, watch, t + h, NEW)
-
-
-@compiled(**LEAN)
-def locate(space, pair, watch, t, h):
-    """For explicit methods: find theta of the marked events on the dense output."""
-    bisect(space, watch, t, h, _value_within, (pair, t, h))
-
-
-@compiled(**LEAN)
-def _value_within(i, space, watch, step, theta):
-    pair, t, h = step
-    interpolate(space, pair, theta, h)
-    look_up(space, t, h, theta)
-    return event_value(i, space, watch, t + theta * h, WITHIN)
+def take_over_values(watch):
+    """The end of this step is the start of the next."""
+    before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
+    for i in range(watch.count):
+        before[i] = after[i]

@@ -13,7 +13,7 @@ from numba import njit
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
-from qddot.runner.events.kinds import Event
+from qddot.runner.frame.events import Event
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem

@@ -1,20 +1,23 @@
 """Spans of time as people give them: forward, backward, of length zero, and without an end."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from qddot.runner.checks import finite, number, shown
-from qddot.runner.methods import Method
+from qddot.runner.frame.output_times import check_within
 from qddot.runner.options import Options
 from qddot.runner.problem import FOREVER, Problem, Statistics, Status, Trajectory
+
+if TYPE_CHECKING:
+    from qddot.runner.methods import Method
 
 #: The shortest step, in spacings of floating-point time.
 LEAST_STEP = 64
 
 
-def span_of(span: Any, method: Method, options: Options) -> tuple[float, float]:
+def span_of(span: Any, method: "Method", options: Options) -> tuple[float, float]:
     """Start and end in s, the end FOREVER away where it is infinite; ValueError naming what is wrong with the span.
 
     An infinite end takes a terminal event, and a method that finds events. Output times must follow the way of the run.
@@ -41,14 +44,14 @@ def check_advances(options: Options, largest: float) -> None:
         raise ValueError(f"max_step is {options.max_step:g}, too small to advance a time as large as {largest:g}")
 
 
-def _check_endless(span: Any, method: Method, options: Options) -> None:
+def _check_endless(span: Any, method: "Method", options: Options) -> None:
     if method.family not in ("adaptive", "stiff"):
         raise ValueError(f"span is {shown(span)}, but method {method.name} goes to a finite end; expected (start, end)")
     if not any(getattr(event, "terminal", False) for event in options.events):
         raise ValueError(f"span is {shown(span)}, but no event with terminal=True would end the run")
 
 
-def integrate(problem: Problem, method: Method, options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """The trajectory of a problem over any span."""
     options.tolerances(len(problem.initial_state))
     if options.events and method.family == "fixed":
@@ -56,7 +59,7 @@ def integrate(problem: Problem, method: Method, options: Options) -> Trajectory:
     if problem.t1 == problem.t0:
         return _at_once(problem, method, options)
     if problem.t1 < problem.t0:
-        from qddot.runner.backward import integrate_backward  # noqa: PLC0415 - most runs go forward
+        from qddot.runner.frame.backward import integrate_backward  # noqa: PLC0415 - most runs go forward
 
         found = integrate_backward(problem, method, options)
     else:
@@ -67,16 +70,14 @@ def integrate(problem: Problem, method: Method, options: Options) -> Trajectory:
     return found
 
 
-def _at_once(problem: Problem, method: Method, options: Options) -> Trajectory:
+def _at_once(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """A run from t0 to t0: its one point, whose algebraic states are made to fit as at the start of any run."""
     t0 = float(problem.t0)
-    for t in () if options.output_times is None else options.output_times:
-        if t != t0:
-            raise ValueError(f"output time {t} is outside the span from {t0} to {t0}")
+    check_within(options.output_times, t0, t0)
     x = np.array(problem.initial_state, dtype=np.float64)
     evaluations = jacobians = 0
     if problem.mass_matrix is not None and np.linalg.matrix_rank(problem.mass_matrix) < len(x):
-        from qddot.runner.stiff.consistent import AlgebraicEquations, consistent_state  # noqa: PLC0415 - as above
+        from qddot.runner.frame.consistent import AlgebraicEquations, consistent_state  # noqa: PLC0415 - as above
 
         rtol, atol = options.tolerances(len(x))
         equations = AlgebraicEquations(problem, t0, t0, np.maximum(atol / rtol, np.finfo(np.float64).tiny))
@@ -84,7 +85,7 @@ def _at_once(problem: Problem, method: Method, options: Options) -> Trajectory:
         evaluations, jacobians = equations.evaluations, equations.jacobians
     extras = {}
     if options.events:
-        from qddot.runner.events.kinds import EventLog, names_of, watch_for  # noqa: PLC0415 - as above
+        from qddot.runner.frame.events import EventLog, names_of, watch_for  # noqa: PLC0415 - as above
 
         watch_for(options.events, len(x))
         none = np.zeros(0)

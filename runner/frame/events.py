@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.checks import direction, flag, shown
-from qddot.runner.events.search import FUNCTION, OUTPUT, STATE, WATCH
+from qddot.runner.frame.search import FUNCTION, OUTPUT, STATE, WATCH
 from qddot.runner.machine.memory import address, record
 from qddot.runner.machine.pointers import EVENT_SIGNATURE, pointer
 

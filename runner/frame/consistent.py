@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.problem import Problem
-from qddot.runner.stiff.space import mass_matrix
 
 Array = NDArray[np.float64]
 
@@ -128,3 +127,17 @@ def _damped(equations: AlgebraicEquations, inverse: Array, x: Array, correction:
             return trial
         damping *= 0.5
     return None
+
+
+def mass_matrix(problem: Problem) -> NDArray[np.float64]:
+    """The mass matrix (n, n), of unity where none is given."""
+    n = len(problem.initial_state)
+    if problem.mass_matrix is None:
+        return np.eye(n)
+    mass = np.array(problem.mass_matrix, dtype=np.float64)
+    if mass.shape != (n, n):
+        raise ValueError(f"mass_matrix has shape {mass.shape}, expected ({n}, {n}) for {n} states")
+    if not np.isfinite(mass).all():
+        row, column = np.argwhere(~np.isfinite(mass))[0]
+        raise ValueError(f"mass_matrix[{row}, {column}] is {mass[row, column]}, expected finite numbers")
+    return mass

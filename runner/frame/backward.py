@@ -8,31 +8,29 @@ rate of one, du/dt, is that of -u in s.
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.events.kinds import Event, EventLog, OutputCrossing
-from qddot.runner.inputs.instants import ROUNDING
+from qddot.runner.frame.events import Event, EventLog, OutputCrossing
+from qddot.runner.frame.output_times import check_within
 from qddot.runner.inputs.signal import C0, PHASE, InputTable
-from qddot.runner.machine.pointers import EVENT_SIGNATURE, call_event, call_kernel, pointer
-from qddot.runner.methods import Method
+from qddot.runner.machine.pointers import EVENT_SIGNATURE, call_event, call_kernel, call_matrix_kernel, pointer
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
-from qddot.runner.stiff.system import call_matrix_kernel
+
+if TYPE_CHECKING:
+    from qddot.runner.methods import Method
 
 Vector = NDArray[np.float64]
 
 
-def integrate_backward(problem: Problem, method: Method, options: Options) -> Trajectory:
+def integrate_backward(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """The trajectory of a problem with t1 < t0, its times falling. Directions of events are those along the run."""
-    t0, t1 = float(problem.t0), float(problem.t1)
-    for t in () if options.output_times is None else options.output_times:
-        if not t1 - ROUNDING * abs(t1) <= t <= t0 + ROUNDING * abs(t0):
-            raise ValueError(f"output time {t} is outside the span from {t0} to {t1}")
+    check_within(options.output_times, float(problem.t0), float(problem.t1))
     found = method.integrate(_mirrored(problem), method, _mirrored_options(options))
     extras = dict(found.extras)
     if "events" in extras:

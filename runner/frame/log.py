@@ -1,0 +1,168 @@
+"""The log of a run: the stops it heads for, the times wanted, and the points and events written down on the way.
+
+It knows neither the method nor its step control: a state is an address.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qddot.runner.frame.events import EventLog, names_of
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, record
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+
+#: Points that there is room for at first, beyond twice the wanted times; doubled whenever half of it is used up.
+FIRST_ROOM = 8192
+#: Ends of a run at a state that is not to be trusted.
+FAILURES = (Status.NON_FINITE, Status.STEP_UNDERFLOW, Status.NEWTON_FAILURE)
+
+#: stops (n_stops,), rising; stop: the next one. wanted (n_wanted,): times to save at, rising, within the span;
+#: next_wanted. refine: points saved per step, 0 where only wanted times are. saved_t, saved_x: `room` points of n
+#: states each, of which `saved` are used; found_t, found_event, found_x: `event_room` events, `found` of them used.
+LOG = layout(
+    "n stops n_stops stop wanted n_wanted next_wanted refine saved_t saved_x room saved "
+    "found_t found_event found_x event_room found"
+)
+POINTS, EVENTS = ("saved_t", "saved_x"), ("found_t", "found_event", "found_x")
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """The record that compiled loops write to, and the arrays it points into."""
+
+    record: np.void
+    arrays: dict[str, NDArray[Any]]
+
+    def make_room(self, events: int = 0) -> None:
+        """Double what is half full, or too small for a step with points and `events` events; see `has_room`."""
+        log = self.record
+        for filled, room, more, names in (
+            ("saved", "room", points_of_step.py_func(log["refine"], log["n_wanted"] - log["next_wanted"]), POINTS),
+            ("found", "event_room", 2 * events, EVENTS),
+        ):
+            size = used = int(log[room])
+            while 2 * log[filled] >= size or log[filled] + more > size:
+                size *= 2
+            if size > used:
+                for name in names:
+                    old = self.arrays[name]
+                    self.arrays[name] = np.concatenate([old, np.zeros((size - used, *old.shape[1:]), old.dtype)])
+                    log[name] = address(self.arrays[name])
+                log[room] = size
+
+    def save(self, t: float, x: NDArray[np.float64]) -> None:
+        """Append a point, unless the last one is of this time."""
+        place = int(self.record["saved"])
+        if place == 0 or self.arrays["saved_t"][place - 1] < t:
+            self.arrays["saved_t"][place], self.arrays["saved_x"][place] = t, x
+            self.record["saved"] = place + 1
+
+    def trajectory(
+        self,
+        status: Status,
+        statistics: Statistics,
+        failed_at: float,
+        failed_state: int,
+        events: Sequence[Any] = (),
+    ) -> Trajectory:
+        """What is written down, with how the run ended, and where where it failed. events: those watched for."""
+        points, found = int(self.record["saved"]), int(self.record["found"])
+        t, states = (self.arrays[name][:points].copy() for name in POINTS)
+        found_t, found_event, found_x = (self.arrays[name][:found].copy() for name in EVENTS)
+        names = names_of(events)
+        return Trajectory(
+            t=t,
+            states=states,
+            status=status,
+            statistics=statistics,
+            failed_at=float(failed_at) if status in FAILURES else np.nan,
+            failed_state=int(failed_state) if status in FAILURES else -1,
+            extras={"events": EventLog(found_t, found_event, found_x, names)} if names else {},
+        )
+
+
+def log_for(
+    problem: Problem,
+    stops: NDArray[np.float64],
+    wanted: NDArray[np.float64],
+    *,
+    refine: int = 0,
+    events: int = 0,
+    room: int | None = None,
+) -> Log:
+    """A log with the start in it. room: for points, where that is known beforehand."""
+    n = len(problem.initial_state)
+    room, event_room = FIRST_ROOM + 2 * len(wanted) if room is None else room, 8 * (1 + events)
+    arrays: dict[str, NDArray[Any]] = {
+        "stops": stops,
+        "wanted": wanted,
+        "saved_t": np.zeros(room),
+        "saved_x": np.zeros((room, n)),
+        "found_t": np.zeros(event_room),
+        "found_event": np.zeros(event_room, dtype=np.int64),
+        "found_x": np.zeros((event_room, n)),
+    }
+    lengths = {"n_stops": len(stops), "n_wanted": len(wanted), "room": room, "event_room": event_room}
+    places = {name: address(array) for name, array in arrays.items()}
+    log = Log(record(LOG, n=n, refine=refine, **lengths, **places), arrays)
+    log.save(float(problem.t0), problem.initial_state)
+    return log
+
+
+@compiled(**INLINE)
+def points_of_step(refine, wanted):
+    """Points for which a step needs room: its own, as many wanted times as are to come, and the last of the run."""
+    return max(1, refine) + wanted + 1
+
+
+@compiled(**INLINE)
+def has_room(log, events):
+    """Whether what another step writes down finds room: each event may happen where it starts and within."""
+    points = points_of_step(log.refine, log.n_wanted - log.next_wanted)
+    return log.saved + points <= log.room and log.found + 2 * events <= log.event_room
+
+
+@compiled(**LEAN)
+def next_stop(log):
+    """The next stop, infinite after the last."""
+    return floats(log.stops, log.n_stops)[log.stop] if log.stop < log.n_stops else np.inf
+
+
+@compiled(**LEAN)
+def next_wanted(log):
+    """The next wanted time, infinite after the last."""
+    return floats(log.wanted, log.n_wanted)[log.next_wanted] if log.next_wanted < log.n_wanted else np.inf
+
+
+@compiled(**LEAN)
+def take_wanted(log, t):
+    """Whether t is the next wanted time; if so it is no longer."""
+    found = next_wanted(log) == t
+    if found:
+        log.next_wanted += 1
+    return found
+
+
+@compiled(**LEAN)
+def save(log, t, where):
+    """Append a point, its state at an address."""
+    floats(log.saved_t, log.room)[log.saved] = t
+    source, target = floats(where, log.n), floats(log.saved_x + 8 * log.n * log.saved, log.n)
+    for i in range(log.n):
+        target[i] = source[i]
+    log.saved += 1
+
+
+@compiled(**LEAN)
+def save_event(log, t, event, where):
+    """Append an event, the state then at an address."""
+    floats(log.found_t, log.event_room)[log.found] = t
+    integers(log.found_event, log.event_room)[log.found] = event
+    source, target = floats(where, log.n), floats(log.found_x + 8 * log.n * log.found, log.n)
+    for i in range(log.n):
+        target[i] = source[i]
+    log.found += 1

@@ -1,0 +1,106 @@
+"""What the work space of every stepping method has: a right-hand side, rows of states, constants and inputs.
+
+A method's own record has these fields and more; what is here, and the frame, reads them by name.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qddot.runner.inputs.instants import side_of
+from qddot.runner.inputs.reader import read, reader_for
+from qddot.runner.inputs.signal import InputTable
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, VIEW, address, floats, integers, layout, matrix, record, writable
+from qddot.runner.problem import Problem
+
+#: Addresses (see `memory`, `pointers`) and lengths. rhs; work: rows of n states, `stride` bytes apart; constants
+#: (n_constants,); u (channels,); reader (reader_size,); pieces to order as in `InputTable`; steady: not 0 while all
+#: inputs are known to be constant, and stand in u.
+_COMMON = (
+    "rhs work n stride constants n_constants n_inputs channels u reader reader_size steady "
+    "pieces n_pieces first last rate offset order"
+)
+
+
+def space_layout(own: str) -> np.dtype:
+    """The type of a method's space: what all have, and fields of its own."""
+    return layout(f"{_COMMON} {own}")
+
+
+def make_space(
+    fields: np.dtype, problem: Problem, own: dict[str, NDArray[Any]], **numbers: int
+) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """A space for a problem and the arrays it points into, `own` among them: by the names of the fields they fill."""
+    inputs = problem.inputs
+    arrays = {name: writable(getattr(inputs, name)) for name in inputs._fields if name != "breakpoints"}
+    arrays |= {
+        "constants": np.array(problem.constants, dtype=np.float64),
+        "u": np.zeros(max(1, len(inputs.first))),
+        "reader": reader_for(inputs),
+        **own,
+    }
+    numbers |= {
+        "n": len(problem.initial_state),
+        "n_constants": len(problem.constants),
+        "n_inputs": int(problem.n_inputs),
+        "channels": len(inputs.first),
+        "n_pieces": len(inputs.pieces),
+        "reader_size": len(arrays["reader"]),
+    }
+    return record(fields, **numbers, **{name: address(array) for name, array in arrays.items()}), arrays
+
+
+@compiled(**INLINE)
+def row_address(space, row):
+    """The address of a row."""
+    return space.work + space.stride * row
+
+
+@compiled(**VIEW)
+def states(space, row):
+    """The states of a row, (n,)."""
+    return floats(row_address(space, row), space.n)
+
+
+@compiled(**VIEW)
+def input_values(space):
+    """The input vector u, (channels,)."""
+    return floats(space.u, space.channels)
+
+
+@compiled(**VIEW)
+def constants(space):
+    """The constants c, (n_constants,)."""
+    return floats(space.constants, space.n_constants)
+
+
+@compiled(**VIEW)
+def input_table(space):
+    """The inputs as `evaluate` takes them; the breakpoints are the plan's matter."""
+    count = space.channels
+    return InputTable(
+        matrix(space.pieces, space.n_pieces, 8),
+        integers(space.first, count),
+        integers(space.last, count),
+        floats(space.rate, count),
+        floats(space.offset, count),
+        integers(space.order, count),
+        floats(space.rate, 0),
+    )
+
+
+@compiled(**LEAN)
+def set_inputs(space, t, side):
+    """Look the inputs up at t, as limits from the side on which the time `side` lies."""
+    if space.n_inputs > 0:
+        reader = floats(space.reader, space.reader_size)
+        read(input_table(space), reader, t, side, space.n_inputs, input_values(space))
+
+
+@compiled(**LEAN)
+def look_up(space, t, h, c):
+    """Look the inputs up at t + c*h of the step from t to t + h."""
+    if space.steady == 0:
+        set_inputs(space, t + c * h, side_of(t, h, c))

@@ -1,0 +1,70 @@
+"""What follows every accepted step, in compiled code: events sought on its dense output, and points saved.
+
+A method is a `step`, whatever that is (see `finish_step`), and two functions that are compiled with the caller:
+prepare(space, step) writes what dense output needs beyond the step itself; it may be called twice. state_within(space,
+step, theta) returns the address of the state at part theta of the step, 0 to 1; at 0 without any preparation.
+"""
+
+from qddot.runner.frame.log import next_wanted, save, save_event, take_wanted
+from qddot.runner.frame.search import NONE, bisect, earliest, take_over_values, watch_end, watch_start
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, floats, integers
+
+
+@compiled(**INLINE)
+def events_at_start(space, step, log, watch, t, first, state_within):
+    """Values where inputs may have jumped, these being set; record what the jump caused; whether one was terminal."""
+    if watch.count == 0 or watch_start(space, watch, t, state_within(space, step, 0.0), first) == 0:
+        return False
+    return record_events(space, step, log, watch, t, 0.0, state_within) != NONE
+
+
+@compiled(**INLINE)
+def record_events(space, step, log, watch, t, h, state_within):
+    """Record the marked events in order of time; returns theta of a terminal one, which is the last, or NONE."""
+    theta, terminal = floats(watch.theta, watch.count), integers(watch.terminal, watch.count)
+    ended = NONE
+    i = earliest(watch)
+    while i >= 0:
+        save_event(log, t + theta[i] * h, i, state_within(space, step, theta[i]))
+        if terminal[i]:
+            ended = theta[i]
+            break
+        theta[i] = NONE
+        i = earliest(watch)
+    return ended
+
+
+@compiled(**INLINE)
+def save_within(space, step, log, t, h, end, state_within):
+    """Save what is wanted strictly before `end` of the step of length h from t."""
+    for j in range(1, log.refine):
+        part = j / log.refine
+        if t + part * h < end:
+            save(log, t + part * h, state_within(space, step, part))
+    while next_wanted(log) < end:
+        save(log, next_wanted(log), state_within(space, step, (next_wanted(log) - t) / h))
+        log.next_wanted += 1
+
+
+@compiled(**INLINE)
+def finish_step(space, step, log, watch, t, h, end, where, prepare, state_within):
+    """Record the events of a step and save its points; returns theta of a terminal event, or NONE.
+
+    The step goes from t over h to `end`, which is t + h to rounding; its new state is at the address `where`. A
+    terminal event ends it; the state there is not saved here, as the last of a run is saved anyway.
+    """
+    ended = NONE
+    if watch.count > 0:
+        if watch_end(space, watch, t, h, where) > 0:
+            prepare(space, step)
+            bisect(space, step, watch, t, h, state_within)
+            ended = record_events(space, step, log, watch, t, h, state_within)
+        take_over_values(watch)
+    last = end if ended == NONE else t + ended * h
+    if log.refine > 1 or next_wanted(log) < last:
+        prepare(space, step)
+        save_within(space, step, log, t, h, last, state_within)
+    if ended == NONE and (take_wanted(log, end) or log.refine > 0):
+        save(log, end, where)
+    return ended
