@@ -14,7 +14,7 @@ from qddot.drawing import COLOURS
 from qddot.paper.claims import read
 from qddot.paper.scene import ride_data, ride_section
 from qddot.paper.verification import verify
-from qddot.report import Section, plot, table, write_page
+from qddot.report import Section, plot, table, taking_part, write_page
 
 Vector = NDArray[np.float64]
 
@@ -121,11 +121,9 @@ def _modes() -> str:
     rows = []
     for name in ("as_run_unloaded", "as_run_loaded", "public_unloaded", "public_loaded"):
         for mode in modes(model, name):
-            shares = sorted(mode.participation.items(), key=lambda item: -item[1])
-            who = ", ".join(f"{who} {share:.0%}" for who, share in shares[:3] if share > 0.05)
             period = f"{mode.damped_period:.4g}" if mode.oscillating else "–"
             numbers = (period, f"{mode.natural_frequency / (2 * np.pi):.4g}", f"{mode.damping_ratio:.4g}")
-            rows.append((name.replace("_", " "), *numbers, who))
+            rows.append((name.replace("_", " "), *numbers, taking_part(mode)))
     heads = ("parameter set", "damped period, s", "frequency, Hz", "damping ratio", "coordinates that take part")
     return table(heads, rows, (1, 2, 3))
 

@@ -53,8 +53,7 @@ if TYPE_CHECKING:
     from qddot.runner.simulate import IntegrationError, Simulation, crossing, prepare, simulate, solve
     from qddot.runner.solution import Solution
     from qddot.runner.study.read import StudyError
-    from qddot.runner.study.ready import Study, read_study
-    from qddot.runner.study.run import run_study
+    from qddot.runner.study.ready import Study, read_study, run_study
 
     __version__: str
 
@@ -130,7 +129,7 @@ _HOMES = {
     "read_study": "qddot.runner.study.ready",
     "reading": "qddot.runner.metrics.reading",
     "run_batch": "qddot.runner.batch.run",
-    "run_study": "qddot.runner.study.run",
+    "run_study": "qddot.runner.study.ready",
     "simulate": "qddot.runner.simulate",
     "simulate_batch": "qddot.runner.lanes.batch",
     "solve": "qddot.runner.simulate",

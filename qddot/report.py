@@ -2,6 +2,7 @@
 
     progress_bar                        shows the `progress` of a run that takes its time
     plain_table                         a table for the terminal
+    taking_part                         the coordinates of a mode in words
     Section, plot, table, write_page    one HTML page that needs no network: texts, tables, plots with download
     BROWSERS, browser, print_page       the page as PDF, by a browser that is installed
     written_aside                       a file that appears whole or not at all
@@ -13,7 +14,7 @@ from qddot.runner.files import written_aside
 from qddot.runner.report.page import Section, plot, table, write_page
 from qddot.runner.report.pdf import BROWSERS, browser, print_page
 from qddot.runner.report.progress import progress_bar
-from qddot.runner.report.tables import plain_table
+from qddot.runner.report.tables import plain_table, taking_part
 
 __all__ = [
     "BROWSERS",
@@ -24,6 +25,7 @@ __all__ = [
     "print_page",
     "progress_bar",
     "table",
+    "taking_part",
     "write_page",
     "written_aside",
 ]

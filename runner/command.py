@@ -29,9 +29,9 @@ from qddot.runner.report.tables import (
 from qddot.runner.solution import Solution
 from qddot.runner.study.library import SHIPPED, entries
 from qddot.runner.study.overrides import parsed
-from qddot.runner.study.read import StudyError, read, what_it_holds
-from qddot.runner.study.row import row_of
-from qddot.runner.study.run import run
+from qddot.runner.study.read import StudyError, what_it_holds
+from qddot.runner.study.ready import read_study
+from qddot.runner.study.rows import row_of
 from qddot.runner.study.schema import Study
 from qddot.runner.study.show import show_inputs
 
@@ -44,7 +44,8 @@ def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Seq
 
     settings: "key=value" in place of the file's; row: the run of the study's sweep. Both stand in the files' names.
     """
-    study = read(path, parsed(settings)) if row is None else row_of(path, parsed(settings), row)
+    ready_study = read_study(path, parsed(settings)) if row is None else row_of(path, parsed(settings), row)
+    study = ready_study.tables
     which = [row] if row is not None else ["base"] if study.sweep.axes else []
     data = into / f"{named(path.stem, row=which, set=settings)}.nc"
     for each in (data, data.with_name(f"{data.stem}.png")):
@@ -52,7 +53,7 @@ def run_and_write(path: Path, into: Path, drawing: Drawing | None, settings: Seq
     if which == ["base"]:
         _note("note:", "the study's own values, without its sweep: --row N runs one of its runs, `qddot batch` all")
     with progress_bar(path.stem) as bar:
-        solution = run(study, path, bar, on_failure="return")
+        solution = ready_study.run(progress=bar, on_failure="return")
     origin = {"study": str(path.resolve()), "settings": " ".join(settings), "row": "" if row is None else str(row)}
     title = (study.title or path.stem) + ("" if row is None else f" (run {row})")
     return _write(study, replace(solution, metadata={**solution.metadata, **origin}), path, data, title, drawing)

@@ -1,6 +1,6 @@
 """The options of `Options` as keywords of the calls that take them, for editors and type checkers.
 
-A test holds them to the fields of `Options`.
+A test holds them to the table of options, `options.TABLE`.
 """
 
 from collections.abc import Callable, Iterable

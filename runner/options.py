@@ -1,7 +1,11 @@
-"""How a run is to be integrated: every option of every family of methods, checked when it is given."""
+"""How a run is to be integrated: every option of every family of methods, checked when it is given.
+
+The fields of `Options` are the one table of options: what each is by default, its unit, which methods take it, whether
+many runs at once do, and whether a study may give it. `TABLE` holds it by name.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -11,6 +15,33 @@ from qddot.runner.checks import flag, numbers, positive, shown, whole
 
 #: Of the numerical differentiation formulas.
 MOST_ORDER = 5
+#: Families of methods.
+EVERY_FAMILY = ("fixed", "adaptive", "stiff", "exact")
+SPACED, CONTROLLED = ("fixed", "exact"), ("adaptive", "stiff")
+
+
+@dataclass(frozen=True)
+class Option:
+    """What is known of an option: its default and its unit; takers: families of methods, or methods, that take it.
+
+    many: whether runs that go together, in lanes or exactly, take it, see `simulate_batch`. sampled: whether it says
+    what to save and tell, which is the batch's own there. study: whether it may stand in a study.
+    """
+
+    name: str
+    default: Any
+    unit: str
+    takers: tuple[str, ...]
+    many: bool
+    sampled: bool
+    study: bool
+
+
+def _said(
+    *takers: str, unit: str = "", many: bool = False, sampled: bool = False, study: bool = True
+) -> dict[str, Any]:
+    """What the table says of an option beside its default."""
+    return {"unit": unit, "takers": takers, "many": many, "sampled": sampled, "study": study}
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,26 +60,28 @@ class Options:
     Raises ValueError naming the option, what was found and what was expected.
     """
 
-    step: float | None = None
-    output_times: Any = None
-    every: int | None = None
-    progress: Callable[[float], None] | None = None
-    time_limit: float | None = None
-    divergence_limit: float = 1e100
-    rtol: Any = 1e-3
-    atol: Any = 1e-6
-    max_step: float | None = None
-    first_step: float | None = None
-    max_steps: int | None = None
-    refine: int | None = None
-    events: tuple[Any, ...] = ()
-    controller: Any = None
-    max_order: int = 5
-    bdf: bool = False
+    step: float | None = field(default=None, metadata=_said(*SPACED, unit="s", many=True))
+    output_times: Any = field(default=None, metadata=_said(*EVERY_FAMILY, unit="s", sampled=True))
+    every: int | None = field(default=None, metadata=_said(*SPACED, sampled=True))
+    progress: Callable[[float], None] | None = field(
+        default=None, metadata=_said(*EVERY_FAMILY, sampled=True, study=False)
+    )
+    time_limit: float | None = field(default=None, metadata=_said(*EVERY_FAMILY, unit="s"))
+    divergence_limit: float = field(default=1e100, metadata=_said(*EVERY_FAMILY, many=True, study=False))
+    rtol: Any = field(default=1e-3, metadata=_said(*CONTROLLED, many=True))
+    atol: Any = field(default=1e-6, metadata=_said(*CONTROLLED, many=True))
+    max_step: float | None = field(default=None, metadata=_said(*CONTROLLED, unit="s", many=True))
+    first_step: float | None = field(default=None, metadata=_said(*CONTROLLED, unit="s", many=True))
+    max_steps: int | None = field(default=None, metadata=_said(*CONTROLLED, many=True))
+    refine: int | None = field(default=None, metadata=_said(*CONTROLLED))
+    events: tuple[Any, ...] = field(default=(), metadata=_said(*CONTROLLED, study=False))
+    controller: Any = field(default=None, metadata=_said("adaptive", "rodas5p"))
+    max_order: int = field(default=MOST_ORDER, metadata=_said("ode15s"))
+    bdf: bool = field(default=False, metadata=_said("ode15s"))
 
     def __post_init__(self) -> None:
         """Check each value; arrays become read-only float64."""
-        for name in ("step", "time_limit", "divergence_limit", "max_step", "first_step"):
+        for name in ("divergence_limit", *(name for name in TIMES if name != "output_times")):
             if getattr(self, name) is not None or name == "divergence_limit":
                 positive(name, getattr(self, name))
         for name in ("every", "max_steps", "refine"):
@@ -102,6 +135,13 @@ class Options:
     def _freeze(self, name: str, array: NDArray[np.float64]) -> None:
         array.flags.writeable = False
         object.__setattr__(self, name, array)
+
+
+#: Name -> option.
+TABLE: Mapping[str, Option] = {each.name: Option(each.name, each.default, **each.metadata) for each in fields(Options)}
+#: Options in s; and those that runs take together.
+TIMES = tuple(name for name, option in TABLE.items() if option.unit == "s")
+MANY = tuple(name for name, option in TABLE.items() if option.many)
 
 
 def _rising_times(times: ArrayLike) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
 """One call from a model, or from any compiled right-hand side, to its solution."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Unpack
 
@@ -20,7 +20,7 @@ from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.methods import METHODS, Method, find_method
-from qddot.runner.options import Options
+from qddot.runner.options import TABLE, Options
 from qddot.runner.problem import Problem
 from qddot.runner.result import IntegrationError, Subject, as_solution
 from qddot.runner.solution import Solution
@@ -278,8 +278,7 @@ def _method(method: str | Method) -> Method:
 
 
 def _options(step: float | None, options: Mapping[str, Any]) -> Options:
-    names = [each.name for each in fields(Options)]
     for name in options:
-        if name not in names:
-            raise ValueError(unknown("option", name, names))
+        if name not in TABLE:
+            raise ValueError(unknown("option", name, TABLE))
     return Options(step=step, **options)

@@ -23,8 +23,7 @@ from qddot.runner.batch.run import computed, opened, run_batch
 from qddot.runner.batch.store import StoreError
 from qddot.runner.study.overrides import parsed
 from qddot.runner.study.read import StudyError
-from qddot.runner.study.row import row_of
-from qddot.runner.study.run import run
+from qddot.runner.study.rows import row_of
 
 ROOT = Path(__file__).parent.parent
 
@@ -59,7 +58,7 @@ def test_a_store_says_what_it_is(store):
 
 @pytest.mark.parametrize("row", [0, 17, 35])
 def test_a_row_in_lanes_is_the_single_run_with_its_settings_to_rounding(store, study, row):
-    single = run(row_of(study, {"integration.every": 1}, row), study, None, "raise")
+    single = row_of(study, {"integration.every": 1}, row).run()
     found = values(store)
     assert single.t == pytest.approx(np.linspace(0, 0.5, 501), abs=1e-12)
     assert np.abs(single["z_s"][::5] - found["z_s"][row]).max() < 1e-12 * np.abs(single["z_s"]).max()
@@ -73,7 +72,7 @@ def test_a_row_of_a_method_without_lanes_is_the_single_run_to_the_last_bit(tmp_p
     study = written(tmp_path, STUDY.replace('method = "rk4"\nstep = 1e-3', f'method = "{method}"'))
     path = run_batch(study, tmp_path / "a.zarr")
     times = {"integration.output_times": list(np.linspace(0, 0.5, 501))}
-    single, found = run(row_of(study, times, 7), study, None, "raise"), values(path)
+    single, found = row_of(study, times, 7).run(), values(path)
     assert np.array_equal(single["z_s"][::5], found["z_s"][7])
     assert np.array_equal(single.states[-1], found["final_state"][7])
 

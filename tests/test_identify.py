@@ -21,7 +21,7 @@ from qddot.runner.inputs.shapes import pulse_train, sine
 from qddot.runner.load import load
 from qddot.runner.simulate import simulate
 from qddot.runner.study.read import StudyError
-from qddot.runner.study.run import run_study
+from qddot.runner.study.ready import run_study
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper"

@@ -11,9 +11,9 @@ from numba import types
 
 import qddot
 from qddot.runner import abi
-from qddot.runner.lanes.batch import IN_LANES
 from qddot.runner.lanes.kernel import lane_rhs
 from qddot.runner.lanes.vectors import combine, estimate_errors
+from qddot.runner.lanes.way import IN_LANES
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
 

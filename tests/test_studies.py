@@ -10,7 +10,7 @@ from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.load import load
 from qddot.runner.simulate import simulate
 from qddot.runner.study.read import StudyError, read
-from qddot.runner.study.run import run_study
+from qddot.runner.study.ready import run_study
 from qddot.runner.study.units import magnitude
 
 GOOD = """\

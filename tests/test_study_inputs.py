@@ -19,10 +19,11 @@ from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.load import load
 from qddot.runner.simulate import simulate
 from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.arguments import study_model, study_parameters
 from qddot.runner.study.library import SHIPPED, entries
 from qddot.runner.study.read import StudyError, read
+from qddot.runner.study.ready import run_study
 from qddot.runner.study.road import road_profile, road_signals
-from qddot.runner.study.run import run_study, study_model, study_parameters
 from qddot.runner.study.show import show_inputs
 from qddot.runner.study.signals import study_signals
 

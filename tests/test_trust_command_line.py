@@ -18,8 +18,8 @@ from qddot.runner.command import show
 from qddot.runner.files import named_code
 from qddot.runner.identify.problem import read as read_identification
 from qddot.runner.report.tables import statistics
+from qddot.runner.study.arguments import study_model
 from qddot.runner.study.read import StudyError, read
-from qddot.runner.study.run import study_model
 from qddot.words import be, counted, nearest
 
 ROOT = Path(__file__).parent.parent

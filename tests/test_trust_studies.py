@@ -16,7 +16,7 @@ from qddot.runner.batch.job import read_job
 from qddot.runner.identify.problem import read as read_identification
 from qddot.runner.study.overrides import parsed
 from qddot.runner.study.read import StudyError, read
-from qddot.runner.study.run import run_study
+from qddot.runner.study.ready import run_study
 from qddot.runner.study.schema import Study
 
 PENDULUM = """\

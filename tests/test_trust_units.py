@@ -373,7 +373,7 @@ import sys
 from pathlib import Path
 from qddot.runner.load import available, load
 from qddot.runner.study.read import read
-from qddot.runner.study.run import settings, study_model
+from qddot.runner.study.arguments import settings, study_model
 for path in sorted(Path("studies").glob("*.toml")):
     study = read(path)
     settings(study, study_model(study, path), path)

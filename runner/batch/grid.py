@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from qddot.runner.batch.engine import NOT_RUN
+from qddot.runner.batch.outcome import NOT_RUN
 from qddot.runner.batch.results import Results
 
 #: What stands in place of a number of a run that is missing: NaN but for these, and for counts, which are 0.

@@ -17,12 +17,14 @@ from qddot.runner.load import Model
 from qddot.runner.metrics.measure import Measure, measure, quantity_of
 from qddot.runner.observe import Observer, observer
 from qddot.runner.simulate import prepare
+from qddot.runner.study import ready
 from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.memory import Memory
 from qddot.runner.study.overrides import Tree, changed
-from qddot.runner.study.read import StudyError, check, place, read_tree
-from qddot.runner.study.run import settings, study_model
+from qddot.runner.study.read import StudyError, check, naming_keys, read_tree
+from qddot.runner.study.rows import apart, sweep_in
 from qddot.runner.study.schema import Study
-from qddot.runner.study.sweep import Sweep, described, sweep_of
+from qddot.runner.study.sweep import Sweep, described
 
 #: Bytes of samples that a block may take, and the most runs in one.
 BLOCK_BYTES, MOST_IN_BLOCK = 32 * 2**20, 128
@@ -30,24 +32,21 @@ BLOCK_BYTES, MOST_IN_BLOCK = 32 * 2**20, 128
 LEAST_BLOCKS = 16
 #: Static states that are remembered.
 REMEMBERED = 4096
-#: Tables that are the batch's own, not those of a run.
-OWN_TABLES = ("sweep", "metrics", "outputs", "figure")
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
     """All that the runs of a batch have in common.
 
-    tree: a run's study as tables, with changes of the command line; own: the tables of the batch. keep: places among
-    the observer's quantities of the trajectories that are kept, one sample in `every`. block: runs in one.
+    tree: a run's study as tables, with changes of the command line; own: the tables of the batch; study: all of them,
+    with the settings of the first run. first: that run, of which the others are changes. keep: places among the
+    observer's quantities of the trajectories that are kept, one sample in `every`. block: runs in one.
     """
 
-    path: Path
-    text: str
     tree: Tree
     own: Tree
     study: Study
-    model: Model
+    first: ready.Study
     sweep: Sweep
     sampling: Sampling
     observer: Observer
@@ -55,7 +54,22 @@ class Job:
     keep: tuple[int, ...]
     every: int
     block: int
-    static_states: dict[bytes, NDArray[np.float64]] = field(default_factory=dict)
+    static_states: Memory = field(default_factory=lambda: Memory(REMEMBERED))
+
+    @property
+    def path(self) -> Path:
+        """The study's file."""
+        return self.first.path
+
+    @property
+    def text(self) -> str:
+        """What stands in it."""
+        return self.first.text
+
+    @property
+    def model(self) -> Model:
+        """The model of all runs."""
+        return self.first.model
 
     @property
     def blocks(self) -> int:
@@ -68,22 +82,16 @@ class Job:
 
     def prepared(self, run: int) -> Run:
         """A run ready to be integrated. Raises StudyError or ValueError where its settings are refused."""
-        study = check(self.path, self.text, changed(self.tree, self.sweep.changes(run)))
-        arguments = settings(study, self.model, self.path)
-        return Run(prepare(self.model, **arguments, at_rest=self._rest), arguments["inputs"])
+        first = self.first
+        study = ready.ready(first.path, first.text, changed(first.tree, self.sweep.changes(run)), first)
+        return Run(prepare(study.model, **study.arguments, at_rest=self._rest), study.inputs)
 
     def _rest(
         self, model: Model, c: NDArray[np.float64], table: InputTable, t0: float, guess: Guess
     ) -> NDArray[np.float64]:
         """The static state; runs that differ only in what comes after the start share it."""
         key = c.tobytes() + resting_inputs(table, t0).tobytes() + repr(guess).encode()
-        found = self.static_states.get(key)
-        if found is None:
-            found = rest(model, c, table, t0, guess)
-            if len(self.static_states) >= REMEMBERED:
-                self.static_states.clear()
-            self.static_states[key] = found
-        return found
+        return self.static_states(key, lambda: rest(model, c, table, t0, guess))
 
 
 def read_job(path: Path, changes: Mapping[str, Any] | None = None) -> Job:
@@ -94,36 +102,28 @@ def read_job(path: Path, changes: Mapping[str, Any] | None = None) -> Job:
 
 def job_of(path: Path, text: str, tree: Tree) -> Job:
     """The batch in these tables; `path` and its `text` are for messages and for the files the study names."""
-    try:
+    with naming_keys(path, text):
         return _job(path, text, tree)
-    except StudyError:
-        raise
-    except ValueError as error:
-        key, colon, rest_of_it = str(error).partition(": ")
-        known = colon and key.split(".")[0] in Study.model_fields
-        raise StudyError(f"{place(path, key, text)}: {rest_of_it}" if known else f"{path}: {error}") from error
 
 
 def _job(path: Path, text: str, tree: Tree) -> Job:
-    own = {name: tree[name] for name in OWN_TABLES if name in tree}
-    base = {name: value for name, value in tree.items() if name not in OWN_TABLES}
-    sweep = _sweep(check(path, text, {"model": "", "span": [0, 1], **own}), base)
-    study = check(path, text, changed(base, sweep.changes(0)) | own)
-    model = study_model(study, path)
+    base, own = apart(tree)
+    sweep = sweep_in(path, text, tree)
+    settings = changed(base, sweep.changes(0))
+    study, first = check(path, text, settings | own), ready.ready(path, text, settings)
+    model = first.model
     interval = study.outputs.interval
     wanted = None if interval is None else Amounts(path)("outputs.interval", interval, "s")
-    sampling = sampling_of(_first_settings(study, path, model, sweep), wanted)
+    sampling = sampling_of(_arguments(first, sweep), wanted)
     requests = {name: request_of(path, name, table, model) for name, table in study.metrics.items()}
     check_outputs(study, sweep, model)
     names = dict.fromkeys([*study.outputs.keep, *(quantity_of(name, each) for name, each in requests.items())])
     watch = observer(model, tuple(names))
     return Job(
-        path=path,
-        text=text,
         tree=base,
         own=own,
         study=study,
-        model=model,
+        first=first,
         sweep=sweep,
         sampling=sampling,
         observer=watch,
@@ -134,22 +134,11 @@ def _job(path: Path, text: str, tree: Tree) -> Job:
     )
 
 
-def _first_settings(study: Study, path: Path, model: Model, sweep: Sweep) -> dict[str, Any]:
+def _arguments(first: ready.Study, sweep: Sweep) -> Mapping[str, Any]:
     try:
-        return settings(study, model, path)
+        return first.arguments
     except StudyError as error:
         raise StudyError(f"{error}{described(sweep, 0)}") from error
-
-
-def _sweep(study: Study, base: Tree) -> Sweep:
-    """The sweep, of which every key leads somewhere."""
-    sweep = sweep_of(study.sweep)
-    for i, axis in enumerate(sweep.axes):
-        try:
-            changed(base, {key: axis.setting(0) for key in axis.keys})
-        except ValueError as error:
-            raise ValueError(f"sweep.axes.{i}.key: {error}") from None
-    return sweep
 
 
 def _block(chosen: int | None, bytes_a_run: int, runs: int) -> int:

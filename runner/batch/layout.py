@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.batch.engine import NOT_RUN, REFUSED
 from qddot.runner.batch.job import Job
+from qddot.runner.batch.outcome import NOT_RUN, REFUSED
 from qddot.runner.problem import Status
 from qddot.runner.study.overrides import Tree
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.batch.engine import NOT_RUN, REFUSED
+from qddot.runner.batch.outcome import NOT_RUN, REFUSED
 from qddot.runner.batch.store import Store, dataset
 from qddot.runner.checks import unknown
 from qddot.runner.problem import Status

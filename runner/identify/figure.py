@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from qddot.runner.identify.fit import Fit
-from qddot.runner.identify.problem import Case, Problem
+from qddot.runner.identify.problem import Problem, Trial
 from qddot.runner.identify.schema import Observation
 from qddot.runner.report.figures import COLOURS, panels, save
 from qddot.runner.solution import Solution
@@ -18,14 +18,14 @@ def draw(problem: Problem, fit: Fit, path: Path) -> Path:
     """One panel for each observation, its curve with the start's in grey; bars and points are two standard errors."""
     rows = problem.observations
     figure, axes = panels(len(rows), 1.9, title=problem.given.title, below="t in s")
-    fitted = {id(case): case.solution(problem.values(fit.x)) for case in problem.cases}
-    begun = {id(case): case.solution(problem.values(problem.column("start"))) for case in problem.cases}
-    for axis, (case, each) in zip(axes, rows, strict=True):
-        _panel(axis, case, each, begun[id(case)], fitted[id(case)])
+    fitted = {id(trial): trial.solution(problem.values(fit.x)) for trial in problem.trials}
+    begun = {id(trial): trial.solution(problem.values(problem.column("start"))) for trial in problem.trials}
+    for axis, (trial, each) in zip(axes, rows, strict=True):
+        _panel(axis, trial, each, begun[id(trial)], fitted[id(trial)])
     return save(figure, path)
 
 
-def _panel(axis: Any, case: Case, each: Observation, begun: Solution, fitted: Solution) -> None:
+def _panel(axis: Any, trial: Trial, each: Observation, begun: Solution, fitted: Solution) -> None:
     quantity = fitted.quantity(each.quantity)
     curves = [
         (run, np.array(run[each.quantity]) - (run[each.quantity][0] if each.change else 0)) for run in (begun, fitted)
@@ -36,7 +36,7 @@ def _panel(axis: Any, case: Case, each: Observation, begun: Solution, fitted: So
     for (run, values), (colour, width, label) in zip(curves, styles, strict=True):
         axis.plot(run.t, scale * values, color=colour, linewidth=width, label=label)
     _observed(axis, each, scale, fitted)
-    axis.set_title(f"{case.scenario.name}: {quantity.meaning or each.quantity}", fontsize="small", loc="left")
+    axis.set_title(f"{trial.scenario.name}: {quantity.meaning or each.quantity}", fontsize="small", loc="left")
     axis.set_ylabel(unit)
     axis.margins(x=0.0, y=0.15)
     axis.legend(fontsize="x-small", frameon=False, loc="upper right", ncols=3)

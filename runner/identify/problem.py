@@ -1,6 +1,6 @@
 """An identification that was read: the residuals of its observations as a function of its unknowns."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,26 +19,26 @@ from qddot.runner.solution import Solution
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.explain import explained
 from qddot.runner.study.overrides import Tree, changed
-from qddot.runner.study.read import StudyError, check, place, read_tree
-from qddot.runner.study.run import run, study_model
+from qddot.runner.study.read import StudyError, naming_file, place, read_tree
+from qddot.runner.study.ready import Study, ready
 
 Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
-    """A scenario with its study's tables; observed: per observation its times (n,) or None, and its values (n,)."""
+class Trial:
+    """A scenario and its study, as it is at the start of the search.
+
+    observed: per observation its times (n,) or None, and its values (n,).
+    """
 
     scenario: Scenario
-    path: Path
-    text: str
-    tree: Tree
+    study: Study
     observed: tuple[tuple[Vector | None, Vector], ...]
 
     def solution(self, values: Mapping[str, float]) -> Solution:
         """The run with these values by dotted key."""
-        study = check(self.path, self.text, changed(self.tree, values))
-        return run(study, self.path, None, "raise")
+        return self.study.changed(values).run()
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Problem:
 
     path: Path
     given: Identification
-    cases: tuple[Case, ...]
+    trials: tuple[Trial, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -59,30 +59,29 @@ class Problem:
         return np.array([getattr(each, what) for each in self.given.unknowns.values()])
 
     @property
-    def observations(self) -> tuple[tuple[Case, Observation], ...]:
-        """Every observation with its case, in the order of the residuals."""
-        return tuple((case, each) for case in self.cases for each in case.scenario.observations)
+    def observations(self) -> tuple[tuple[Trial, Observation], ...]:
+        """Every observation with its trial, in the order of the residuals."""
+        return tuple((trial, each) for trial in self.trials for each in trial.scenario.observations)
 
     def values(self, x: Vector) -> dict[str, float]:
         """The values by dotted key that the unknowns x (n,) stand for."""
-        pairs = zip(self.given.unknowns.values(), x, strict=True)
-        return {key: float(value) for each, value in pairs for key in each.keys}
+        return _by_key(self.given, x)
 
     def computed(self, x: Vector) -> list[Vector]:
         """What the runs say for each observation, each (1,) or (points,)."""
         found = []
-        for case in self.cases:
-            solution = case.solution(self.values(x))
-            pairs = zip(case.scenario.observations, case.observed, strict=True)
+        for trial in self.trials:
+            solution = trial.solution(self.values(x))
+            pairs = zip(trial.scenario.observations, trial.observed, strict=True)
             try:
                 found += [_said(solution, each, times) for each, (times, _) in pairs]
             except ValueError as error:
-                raise StudyError(f"{self.path}: scenario {case.scenario.name!r}: {error}") from error
+                raise StudyError(f"{self.path}: scenario {trial.scenario.name!r}: {error}") from error
         return found
 
     def residuals(self, x: Vector) -> Vector:
         """(computed - observed) / sigma, all observations one behind the other (m,)."""
-        observed = [values for case in self.cases for _, values in case.observed]
+        observed = [values for trial in self.trials for _, values in trial.observed]
         sigmas = [each.sigma for _, each in self.observations]
         rows = zip(self.computed(x), observed, sigmas, strict=True)
         return np.concatenate([(mine - theirs) / sigma for mine, theirs, sigma in rows])
@@ -103,23 +102,29 @@ def read(path: Path) -> Problem:
         given = Identification.model_validate(tree)
     except ValidationError as error:
         raise StudyError(explained(path, text, error, Identification)) from None
-    problem = Problem(path, given, tuple(_case(path, given, number) for number in range(len(given.scenarios))))
-    for case in problem.cases:
-        _refuse_unknown_keys(problem, case)
-    return problem
+    return Problem(path, given, tuple(_trial(path, given, number) for number in range(len(given.scenarios))))
 
 
-def _case(path: Path, given: Identification, number: int) -> Case:
+def _by_key(given: Identification, x: Iterable[float]) -> dict[str, float]:
+    """Values of the unknowns, in order, by dotted key."""
+    return {key: float(value) for each, value in zip(given.unknowns.values(), x, strict=True) for key in each.keys}
+
+
+def _trial(path: Path, given: Identification, number: int) -> Trial:
     scenario = given.scenarios[number]
-    study = _study(path, f"scenarios.{number}.study" if scenario.study else "study", scenario.study or given.study)
-    text, tree = read_tree(study, scenario.set)
+    file = _study(path, f"scenarios.{number}.study" if scenario.study else "study", scenario.study or given.study)
+    text, tree = read_tree(file, scenario.set)
+    _refuse_unknown_keys(path, given, tree)
+    start = _by_key(given, (each.start for each in given.unknowns.values()))
+    with naming_file(file):
+        study = ready(file, text, changed(tree, start))
     if any(each.file for each in scenario.observations):
-        units = _units(study_model(check(study, text, tree), study))
+        units = _units(study.model)
         places = (f"scenarios.{number}.observations.{k}" for k in range(len(scenario.observations)))
         pairs = zip(scenario.observations, places, strict=True)
         read_in = tuple(_with_curve(each, key, units, Amounts(path)) for each, key in pairs)
         scenario = scenario.model_copy(update={"observations": read_in})
-    return Case(scenario, study, text, tree, tuple(_observed(each) for each in scenario.observations))
+    return Trial(scenario, study, tuple(_observed(each) for each in scenario.observations))
 
 
 def _study(path: Path, key: str, name: str) -> Path:
@@ -154,14 +159,14 @@ def _observed(observation: Observation) -> tuple[Vector | None, Vector]:
     return np.array(observation.t), np.array(observation.values)
 
 
-def _refuse_unknown_keys(problem: Problem, case: Case) -> None:
+def _refuse_unknown_keys(path: Path, given: Identification, tree: Tree) -> None:
     """A key must name something that the study has, or one of a model's own names, which the run checks."""
-    for name, each in problem.given.unknowns.items():
+    for name, each in given.unknowns.items():
         for key in each.keys:
             head, *rest = key.split(".")
             tables = ("parameters", "initial", "inputs", "road")
             if head not in tables or not rest:
-                raise StudyError(f"{place(problem.path, f'unknowns.{name}.key')}: {unknown('table', head, tables)}")
-            if head == "inputs" and (len(rest) < 2 or rest[0] not in case.tree.get("inputs", {})):
-                known = [f"inputs.{channel}.KEY" for channel in case.tree.get("inputs", {})]
-                raise StudyError(f"{place(problem.path, f'unknowns.{name}.key')}: {unknown('input key', key, known)}")
+                raise StudyError(f"{place(path, f'unknowns.{name}.key')}: {unknown('table', head, tables)}")
+            if head == "inputs" and (len(rest) < 2 or rest[0] not in tree.get("inputs", {})):
+                known = [f"inputs.{channel}.KEY" for channel in tree.get("inputs", {})]
+                raise StudyError(f"{place(path, f'unknowns.{name}.key')}: {unknown('input key', key, known)}")

@@ -25,8 +25,8 @@ def observations_table(problem: Problem, fit: Fit) -> Table:
     """Every observation beside what the fit computes; of a curve, the root mean square of its residuals."""
     heads = ("observed", "computed", "difference", "in\nsigmas")
     table = plain_table("Observations", "quantity", "scenario", *heads, numbers=4)
-    for (case, each), computed in zip(problem.observations, problem.computed(fit.x), strict=True):
-        row = (f"{each.quantity}, {each.measure if each.value is not None else 'curve'}", case.scenario.name)
+    for (trial, each), computed in zip(problem.observations, problem.computed(fit.x), strict=True):
+        row = (f"{each.quantity}, {each.measure if each.value is not None else 'curve'}", trial.scenario.name)
         if each.value is not None:
             difference = float(computed[0]) - each.value
             numbers = (each.value, float(computed[0]), difference, difference / each.sigma)
@@ -42,5 +42,5 @@ def quality(problem: Problem, fit: Fit, judgement: Judgement) -> str:
     """One line: points, runs, chi squared."""
     freedom, chi = judgement.degrees_of_freedom, judgement.chi_squared
     said = f"{counted(len(fit.residuals), 'residual')}, {counted(len(problem.names), 'unknown')}, "
-    said += f"{counted(fit.runs, 'run')} of {counted(len(problem.cases), 'scenario')}; chi squared {chi:.4g} with "
+    said += f"{counted(fit.runs, 'run')} of {counted(len(problem.trials), 'scenario')}; chi squared {chi:.4g} with "
     return said + f"{counted(freedom, 'degree of freedom')}; {fit.message}"

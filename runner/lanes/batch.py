@@ -15,10 +15,11 @@ from qddot.runner.lanes.result import Batch
 from qddot.runner.lanes.scalar import run_one_by_one
 from qddot.runner.lanes.task import Task, make_task
 from qddot.runner.lanes.threads import run_in_lanes
+from qddot.runner.lanes.way import way_of
 from qddot.runner.load import Model, as_model
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.methods import Method, find_method
-from qddot.runner.options import Options
+from qddot.runner.methods import find_method
+from qddot.runner.options import MANY, Options
 from qddot.runner.problem import Status
 
 
@@ -92,31 +93,18 @@ def _compute(
     task: Task, threads: int | None, progress: Callable[[float], None] | None, time_limit: float | None
 ) -> str:
     """Run all runs into the arrays of the task; returns why they did not go in lanes, nothing where they did."""
-    kernel = lane_rhs(task.model)
-    reason = _reason(task.model, task.method, kernel)
+    engine, reason = way_of(task.model, task.method, task.options)
     if task.runs == 0:
         pass
-    elif task.method.family == "exact":
+    elif engine == "exact":
         arrays = task.arrays | vars(task.inputs)
         limit = task.options.divergence_limit
         propagate_batch(task.model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
-    elif reason:
-        run_one_by_one(task, progress, time_limit)
+    elif engine == "lanes":
+        run_in_lanes(task, lane_rhs(task.model), threads, progress, time_limit)
     else:
-        run_in_lanes(task, kernel, threads, progress, time_limit)
+        run_one_by_one(task, progress, time_limit)
     return reason
-
-
-#: Methods that run in lanes.
-IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop853", "vern7")
-
-
-def _reason(model: Model, method: Method, kernel: Any) -> str:
-    if method.family == "exact":
-        return "exact propagation takes every run by its own matrices, on all threads"
-    if method.name not in IN_LANES:
-        return f"method {method.name} does not run in lanes; {', '.join(IN_LANES)} do"
-    return "" if kernel is not None else f"model {model.name} has no lane kernel: it calls a function without vectors"
 
 
 def _output_times(output_times: Any, samples: Any) -> Any:
@@ -130,6 +118,6 @@ def _output_times(output_times: Any, samples: Any) -> Any:
 
 def _options(given: Mapping[str, Any]) -> Options:
     for name in given:
-        if name not in BatchKeywords.__annotations__:
-            raise ValueError(unknown("option", name, BatchKeywords.__annotations__))
+        if name not in MANY:
+            raise ValueError(unknown("option", name, MANY))
     return Options(**given)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from qddot.runner.batch.engine import NOT_RUN
+from qddot.runner.batch.outcome import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.checks import unknown
 from qddot.runner.report.figures import COLOURS, panels, save

@@ -4,7 +4,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from qddot.runner.batch.engine import NOT_RUN
+from qddot.runner.batch.outcome import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.report.tables import plain_table
 

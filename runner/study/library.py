@@ -4,7 +4,7 @@ An entry is a table of the keys of an input or a road, with a title, and with an
 where it comes from: "paper: ...", "derived: ...", "assumed: ..." or another source.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -45,24 +45,26 @@ def _tables(file: Path, changed: int) -> dict[str, Any]:
         raise ValueError(f"{file}: {error}") from None
 
 
-def completed(data: Mapping[str, Any], study: Path) -> dict[str, Any]:
+def completed(
+    data: Mapping[str, Any], study: Path, library: Callable[[], Mapping[str, Entry]] | None = None
+) -> dict[str, Any]:
     """A study's raw tables with `from` replaced by the keys of the entry; the study's own keys win.
 
-    Raises KeyError (key, message) for an entry that does not exist.
+    library: gives the entries in place of those that stand in the study's folders now. Raises KeyError (key, message)
+    for an entry that does not exist.
     """
-    done = dict(data)
+    done, known = dict(data), library or (lambda: entries(*folders(study)))
     if isinstance(data.get("inputs"), dict):
-        done["inputs"] = {name: _filled(f"inputs.{name}", table, study) for name, table in data["inputs"].items()}
+        done["inputs"] = {name: _filled(f"inputs.{name}", table, known) for name, table in data["inputs"].items()}
     if "road" in data:
-        done["road"] = _filled("road", data["road"], study)
+        done["road"] = _filled("road", data["road"], known)
     return done
 
 
-def _filled(key: str, table: Any, study: Path) -> Any:
+def _filled(key: str, table: Any, library: Callable[[], Mapping[str, Entry]]) -> Any:
     if not isinstance(table, dict) or "from" not in table:
         return table
-    known = entries(*folders(study))
-    name = table["from"]
+    known, name = library(), table["from"]
     if not isinstance(name, str) or name not in known:
         raise KeyError(f"{key}.from", unknown("library entry", name, known))
     entry = {key: value for key, value in known[name].items() if key not in ("title", "origin")}

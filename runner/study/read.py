@@ -1,6 +1,7 @@
 """A study file as a checked `Study`, or an error that says where in the file and what is valid there."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +10,13 @@ from pydantic import ValidationError
 from qddot.runner.checks import unknown
 from qddot.runner.study.explain import explained
 from qddot.runner.study.identified import with_identified
-from qddot.runner.study.library import completed
+from qddot.runner.study.library import Entry, completed
 from qddot.runner.study.overrides import Tree, changed
 from qddot.runner.study.places import place
 from qddot.runner.study.schema import Study
 from qddot.runner.study.toml import tables_of, text_of
 
-__all__ = ["StudyError", "check", "place", "read", "read_tree"]
+__all__ = ["StudyError", "check", "naming_file", "naming_keys", "place", "read", "read_tree"]
 
 #: What is expected of a person who gives another file.
 EXPECTED = "expected a study, a TOML file; `qddot list studies` names some"
@@ -66,15 +67,43 @@ def read_tree(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[str
         raise StudyError(f"{path}: --set {error}") from None
 
 
-def check(path: Path, text: str, tree: Tree) -> Study:
-    """The study in these tables, what it takes from the library filled in; `path` and its `text` are for messages."""
+def check(path: Path, text: str, tree: Tree, library: Callable[[], Mapping[str, Entry]] | None = None) -> Study:
+    """The study in these tables, what it takes from the library filled in; `path` and its `text` are for messages.
+
+    library: gives its entries where the caller has read them already.
+    """
     try:
-        return Study.model_validate(completed(tree, path))
+        return Study.model_validate(completed(tree, path, library))
     except KeyError as error:
         key, message = error.args
         raise StudyError(f"{place(path, key, text)}: {message}") from None
     except ValidationError as error:
         raise StudyError(explained(path, text, error, Study)) from None
+
+
+@contextmanager
+def naming_file(path: Path) -> Iterator[None]:
+    """Lets a ValueError inside name the study's file: a StudyError."""
+    try:
+        yield
+    except StudyError:
+        raise
+    except ValueError as error:
+        text = str(error)
+        raise StudyError(text if text.startswith(str(path)) else f"{path}: {text}") from error
+
+
+@contextmanager
+def naming_keys(path: Path, text: str) -> Iterator[None]:
+    """Lets a ValueError inside that begins with a key of the study name the file and the line, too: a StudyError."""
+    try:
+        yield
+    except StudyError:
+        raise
+    except ValueError as error:
+        key, colon, rest = str(error).partition(": ")
+        known = colon and key.split(".")[0] in Study.model_fields
+        raise StudyError(f"{place(path, key, text)}: {rest}" if known else f"{path}: {error}") from error
 
 
 def what_it_holds(path: Path) -> str:

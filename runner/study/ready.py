@@ -1,7 +1,8 @@
 """A study made ready to run: read, changed, checked, its model loaded and its signals built, once for many runs."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -11,9 +12,11 @@ from qddot.runner.load import Model
 from qddot.runner.simulate import Simulation, prepare
 from qddot.runner.solution import Solution
 from qddot.runner.study import schema
+from qddot.runner.study.arguments import settings, study_model
+from qddot.runner.study.library import Entry, entries, folders
+from qddot.runner.study.memory import Memory
 from qddot.runner.study.overrides import Tree, changed
-from qddot.runner.study.read import StudyError, check, read_tree
-from qddot.runner.study.run import settings, study_model
+from qddot.runner.study.read import check, naming_file, read_tree
 
 #: What a study says beside how to integrate, by the names of `simulate`.
 _GIVEN = ("span", "parameters", "inputs", "initial", "guess")
@@ -25,8 +28,7 @@ class Study:
 
     path: its file, for messages and for the files it names, with its `text`. tree: its tables, changed but neither
     completed from the library nor checked; tables: those, checked, with their defaults: `tables.inputs["F"].duration`.
-    arguments: those of `simulate` by name, in the model's units: span, parameters, inputs, initial, guess, method and
-    its options.
+    memory: what changes of a study share.
     """
 
     path: Path
@@ -34,7 +36,15 @@ class Study:
     tree: Tree
     tables: schema.Study
     model: Model
-    arguments: Mapping[str, Any]
+    memory: Memory = field(default_factory=Memory, repr=False)
+
+    @cached_property
+    def arguments(self) -> Mapping[str, Any]:
+        """Those of `simulate` by name, in the model's units: span, parameters, inputs, initial, guess, method, options.
+
+        Raises StudyError for words, and StudyError or ValueError for numbers, that cannot be.
+        """
+        return settings(self.tables, self.model, self.path, self.memory)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -47,12 +57,12 @@ class Study:
         return self.arguments["inputs"]
 
     def changed(self, changes: Mapping[str, Any]) -> "Study":
-        """The study with these values by dotted key ("parameters.m_6": 11360) in place of its own."""
-        try:
-            tree = changed(self.tree, changes)
-        except ValueError as error:
-            raise StudyError(f"{self.path}: {error}") from None
-        return _ready(self.path, self.text, tree, self)
+        """The study with these values by dotted key ("parameters.m_6": 11360) in place of its own.
+
+        What stays (model, signals, the library) is neither read nor made again. Raises StudyError.
+        """
+        with naming_file(self.path):
+            return _whole(ready(self.path, self.text, changed(self.tree, changes), self))
 
     def prepare(
         self,
@@ -73,13 +83,8 @@ class Study:
         own = {"method": method, "step": step, "span": span}
         given |= {name: value for name, value in own.items() if value is not None} | options
         given["inputs"] = {**self.inputs, **(inputs or {})}
-        try:
+        with naming_file(self.path):
             return prepare(self.model, **given)
-        except StudyError:
-            raise
-        except ValueError as error:
-            text = str(error)
-            raise StudyError(text if text.startswith(str(self.path)) else f"{self.path}: {text}") from error
 
     def run(
         self,
@@ -92,7 +97,23 @@ class Study:
         **options: Unpack[OptionKeywords],
     ) -> Solution:
         """Run it; arguments as of `prepare`. Raises IntegrationError where it fails, unless on_failure is "return"."""
-        return self.prepare(method=method, step=step, span=span, inputs=inputs, **options)(on_failure=on_failure)
+        ready_run = self.prepare(method=method, step=step, span=span, inputs=inputs, **options)
+        with naming_file(self.path):
+            return ready_run(on_failure=on_failure)
+
+
+def run_study(
+    path: str | Path,
+    progress: Callable[[float], None] | None = None,
+    on_failure: str = "raise",
+    changes: Mapping[str, Any] | None = None,
+) -> Solution:
+    """Run a study file, with these values by dotted key ("parameters.m_6": 11360) in place of the file's.
+
+    Raises StudyError for anything in the file that cannot be, and IntegrationError where the run fails on its way,
+    unless on_failure is "return".
+    """
+    return read_study(path, changes).run(progress=progress, on_failure=on_failure)
 
 
 def read_study(path: str | Path, changes: Mapping[str, Any] | None = None) -> Study:
@@ -100,12 +121,29 @@ def read_study(path: str | Path, changes: Mapping[str, Any] | None = None) -> St
 
     Raises StudyError naming file, line and key of everything in it that cannot be.
     """
-    return _ready(Path(path), *read_tree(Path(path), changes), None)
+    with naming_file(Path(path)):
+        return _whole(ready(Path(path), *read_tree(Path(path), changes)))
 
 
-def _ready(path: Path, text: str, tree: Tree, before: Study | None) -> Study:
-    """The study in these tables; before: one of the same file, whose model need not be loaded again."""
-    found = check(path, text, tree)
-    known = before is not None and before.tables.model == found.model
-    model = before.model if before is not None and known else study_model(found, path)
-    return Study(path, text, tree, found, model, settings(found, model, path))
+def _whole(study: Study) -> Study:
+    """The study, with its words made numbers and signals at once."""
+    study.arguments.keys()
+    return study
+
+
+def ready(path: Path, text: str, tree: Tree, before: Study | None = None) -> Study:
+    """The study in these tables, its words not yet numbers; before: one of which it is a change, and shares with it.
+
+    Raises StudyError for tables that cannot be.
+    """
+    memory = Memory() if before is None else before.memory
+
+    def library() -> Mapping[str, Entry]:
+        return memory("library", lambda: entries(*folders(path)))
+
+    tables = check(path, text, tree, library)
+    if before is None:
+        return Study(path, text, tree, tables, study_model(tables, path), memory)
+    if tables.model != before.tables.model:  # whose inputs are others
+        return Study(path, text, tree, tables, study_model(tables, path))
+    return Study(path, text, tree, tables, before.model, memory)

@@ -15,6 +15,7 @@ from qddot.runner.inputs.signal import Signal
 from qddot.runner.inputs.tables import table, table_at
 from qddot.runner.load import Model
 from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.road_kinds import Road
 
 
 def road_signals(
@@ -36,6 +37,11 @@ def road_signals(
         _check_reach(spec, places, span, amounts)
     with amounts.at("road"):
         return roads_at(road, places, speed, start, span)
+
+
+def profile_of(spec: Any) -> str:
+    """The keys on which the profile of a road depends, in one text."""
+    return str(spec.model_dump_json(exclude=set(Road.model_fields)))
 
 
 def road_profile(spec: Any, amounts: Amounts) -> Signal:

@@ -11,16 +11,17 @@ from qddot.runner.inputs.signal import START, Signal
 from qddot.runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, points, spectrum
 from qddot.runner.report.tables import plain_table
 from qddot.runner.study.amounts import Amounts
-from qddot.runner.study.read import StudyError, read
+from qddot.runner.study.arguments import study_parameters
+from qddot.runner.study.read import StudyError, read_tree
+from qddot.runner.study.ready import ready
 from qddot.runner.study.road import random_road_roughness, road_positions, road_profile, road_reach, road_speed
-from qddot.runner.study.run import study_model, study_parameters
 from qddot.runner.study.signals import study_signals
 
 
 def show_inputs(path: Path, into: Path) -> int:
     """Print a table of the study's inputs and draw them: over time, the road over distance, its spectrum."""
-    study, console = read(path), Console()
-    model, amounts = study_model(study, path), Amounts(path)
+    given, console = ready(path, *read_tree(path)), Console()
+    study, model, amounts = given.tables, given.model, Amounts(path)
     try:
         p = model.parameter_values(study_parameters(study, model, amounts))
     except StudyError:

@@ -1,6 +1,7 @@
 """From the words of a study to the signals of a model: pure functions of the study that was read and of the model."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,23 +16,31 @@ from qddot.runner.inputs.signal import Signal
 from qddot.runner.inputs.tables import table, table_at
 from qddot.runner.load import Model
 from qddot.runner.study.amounts import Amounts
-from qddot.runner.study.road import road_signals
+from qddot.runner.study.memory import Memory
+from qddot.runner.study.road import profile_of, road_profile, road_signals
 from qddot.runner.study.schema import Study
 from qddot.runner.study.units import magnitude
 
 
-def study_signals(study: Study, model: Model, p: NDArray[np.float64], path: Path) -> dict[str, Signal]:
+def study_signals(
+    study: Study, model: Model, p: NDArray[np.float64], path: Path, memory: Memory | None = None
+) -> dict[str, Signal]:
     """Signals by input name of all that the study drives a model with parameters p by; in the inputs' own units.
 
     path: the study's file, for messages and for the files it names. Under a constant speed the signals of a road share
-    one array of pieces. Raises StudyError naming file, line and key.
+    one array of pieces. memory: holds signals of studies of which this is a change. Raises StudyError naming file, line
+    and key.
     """
-    amounts = Amounts(path)
-    signals = {name: input_signal(name, spec, model, amounts) for name, spec in study.inputs.items()}
+    amounts, memory = Amounts(path), memory or Memory()
+    signals = {
+        name: memory((name, spec), partial(input_signal, name, spec, model, amounts))
+        for name, spec in study.inputs.items()
+    }
     if study.road is None:
         return signals
     span = (amounts("span", study.span[0], "s"), amounts("span", study.span[1], "s"))
-    roads = road_signals(study.road, model, p, span, amounts)
+    profile = memory(("road", profile_of(study.road)), lambda: road_profile(study.road, amounts))
+    roads = road_signals(study.road, model, p, span, amounts, profile)
     for name in signals:
         if name in roads:
             raise amounts.wrong(f"inputs.{name}", f"{name} already reads the road; leave out one of the two")

@@ -1,63 +1,35 @@
-"""Running a study: its words become signals, numbers and options of `simulate`."""
+"""From the words of a study to arguments of `simulate`: numbers in the model's units, signals, options."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from qddot.runner.checks import unknown
 from qddot.runner.files import named_code
 from qddot.runner.load import Model, load
-from qddot.runner.simulate import simulate
-from qddot.runner.solution import Solution
+from qddot.runner.options import TIMES
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.base import Amount
-from qddot.runner.study.read import StudyError, place, read
+from qddot.runner.study.memory import Memory
+from qddot.runner.study.read import StudyError, place
 from qddot.runner.study.schema import Study
 from qddot.runner.study.signals import study_signals
 
-Progress = Callable[[float], None]
 
-#: Unit of each option of an integration that has one.
-_TIMES = ("step", "max_step", "first_step", "time_limit")
+def settings(study: Study, model: Model, path: Path, memory: Memory | None = None) -> dict[str, Any]:
+    """The study's words as arguments of `simulate`: numbers in the model's units, signals, options.
 
-
-def run_study(
-    path: str | Path,
-    progress: Progress | None = None,
-    on_failure: str = "raise",
-    changes: Mapping[str, Any] | None = None,
-) -> Solution:
-    """Run a study file, with these values by dotted key ("parameters.m_6": 11360) in place of the file's.
-
-    Raises StudyError for anything in the file that cannot be, and IntegrationError where the run fails on its way,
-    unless on_failure is "return".
+    memory: of a study of which this is a change, whose signals and options will do where they are the same.
     """
-    return run(read(Path(path), changes), Path(path), progress, on_failure)
-
-
-def run(study: Study, path: Path, progress: Progress | None, on_failure: str) -> Solution:
-    """Run a study that was read; `path` is the file it comes from, for messages and for the files it names."""
-    model = study_model(study, path)
-    try:
-        return simulate(model, **settings(study, model, path), on_failure=on_failure, progress=progress)
-    except StudyError:
-        raise
-    except ValueError as error:
-        text = str(error)
-        raise StudyError(text if text.startswith(str(path)) else f"{path}: {text}") from error
-
-
-def settings(study: Study, model: Model, path: Path) -> dict[str, Any]:
-    """The study's words as arguments of `simulate`: numbers in the model's units, signals, options."""
-    amounts = Amounts(path)
+    amounts, memory = Amounts(path), memory or Memory()
     parameters = study_parameters(study, model, amounts)
     return {
         "span": _span(study, amounts),
         "parameters": parameters,
-        "inputs": study_signals(study, model, model.parameter_values(parameters), path),
+        "inputs": study_signals(study, model, model.parameter_values(parameters), path, memory),
         "initial": None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
         "guess": _guess(study, model, amounts),
-        **_options(study, amounts),
+        **memory(("options", study.integration), lambda: _options(study, amounts)),
     }
 
 
@@ -110,9 +82,8 @@ def _named(
 
 def _options(study: Study, amounts: Amounts) -> dict[str, Any]:
     options = study.integration.model_dump(exclude_none=True)
-    for name in _TIMES:
-        if name in options:
-            options[name] = amounts(f"integration.{name}", options[name], "s")
-    if "output_times" in options:
-        options["output_times"] = [amounts("integration.output_times", t, "s") for t in options["output_times"]]
+    for name in options.keys() & set(TIMES):
+        key, given = f"integration.{name}", options[name]
+        several = isinstance(given, tuple)
+        options[name] = [amounts(key, each, "s") for each in given] if several else amounts(key, given, "s")
     return options

@@ -1,0 +1,75 @@
+"""The one table of options: what is said of them elsewhere, for editors and for studies, agrees with it."""
+
+from dataclasses import fields
+from typing import get_args
+
+import pytest
+
+import qddot
+from qddot.runner.keywords import BatchKeywords
+from qddot.runner.lanes.way import way_of
+from qddot.runner.methods import METHODS
+from qddot.runner.options import MANY, TABLE, TIMES
+from qddot.runner.study.schema import Integration
+
+
+def test_the_table_is_that_of_the_fields():
+    assert list(TABLE) == [each.name for each in fields(qddot.Options)]
+    plain = qddot.Options()
+    for name, option in TABLE.items():
+        found = getattr(plain, name)
+        assert found == option.default, name
+
+
+def test_an_option_is_taken_by_families_or_methods_that_there_are():
+    known = {method.family for method in METHODS.values()} | set(METHODS)
+    for option in TABLE.values():
+        assert option.takers
+        assert set(option.takers) <= known, option.name
+
+
+def test_keywords_of_many_runs_are_those_of_the_table():
+    assert set(BatchKeywords.__annotations__) == set(MANY)
+
+
+def test_a_study_takes_what_the_table_says_and_times_with_their_unit():
+    keys = {name: each.annotation for name, each in Integration.model_fields.items() if name != "method"}
+    assert set(keys) == {name for name, option in TABLE.items() if option.study}
+    with_unit = {name for name, annotation in keys.items() if str in _leaves(annotation) and name != "controller"}
+    assert with_unit == set(TIMES) & set(keys)
+
+
+def _leaves(annotation):
+    inner = get_args(annotation)
+    return {annotation} if not inner else set().union(*map(_leaves, inner))
+
+
+OTHER = {
+    "time_limit": 5.0,
+    "refine": 2,
+    "controller": "PI",
+    "max_order": 3,
+    "bdf": True,
+    "events": (qddot.crossing(qddot.load("quarter_car"), "z_s"),),
+}
+
+
+def test_every_option_of_a_single_run_is_tried():
+    assert set(OTHER) == {name for name, option in TABLE.items() if not (option.many or option.sampled)}
+
+
+@pytest.mark.parametrize("name", OTHER)
+@pytest.mark.parametrize("method", ["rk4", "exact"])
+def test_a_run_with_an_option_of_a_single_run_goes_alone(name, method):
+    model = qddot.load("quarter_car")
+    way, reason = way_of(model, METHODS[method], qddot.Options(**{name: OTHER[name]}))
+    assert way == "alone"
+    assert name in reason
+
+
+def test_runs_go_the_way_that_their_method_and_model_take():
+    linear, plain = qddot.load("quarter_car"), qddot.Options(max_step=0.1, rtol=1e-5)
+    ways = {name: way_of(linear, method, plain)[0] for name, method in METHODS.items()}
+    assert ways.pop("exact") == "exact"
+    assert {name for name, way in ways.items() if way == "alone"} == {"ode15s", "rodas5p"}
+    assert set(ways.values()) == {"lanes", "alone"}
