@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from qddot.runner.checks import unknown
-from qddot.runner.files import named_code
 from qddot.runner.identify.schema import Identification, Observation, Scenario
 from qddot.runner.inputs.csv_table import samples_from_csv
 from qddot.runner.inputs.tables import table_at
@@ -99,7 +98,7 @@ def read(path: Path) -> Problem:
     """Read and check an identification. Raises StudyError naming file, line and key."""
     text, tree = read_tree(path)
     try:
-        given = Identification.model_validate(tree)
+        given = Identification.model_validate(tree, context={"folder": path.parent})
     except ValidationError as error:
         raise StudyError(explained(path, text, error, Identification)) from None
     return Problem(path, given, tuple(_trial(path, given, number) for number in range(len(given.scenarios))))
@@ -112,7 +111,7 @@ def _by_key(given: Identification, x: Iterable[float]) -> dict[str, float]:
 
 def _trial(path: Path, given: Identification, number: int) -> Trial:
     scenario = given.scenarios[number]
-    file = _study(path, f"scenarios.{number}.study" if scenario.study else "study", scenario.study or given.study)
+    file = path.parent / (scenario.study or given.study)
     text, tree = read_tree(file, scenario.set)
     _refuse_unknown_keys(path, given, tree)
     start = _by_key(given, (each.start for each in given.unknowns.values()))
@@ -125,13 +124,6 @@ def _trial(path: Path, given: Identification, number: int) -> Trial:
         read_in = tuple(_with_curve(each, key, units, Amounts(path)) for each, key in pairs)
         scenario = scenario.model_copy(update={"observations": read_in})
     return Trial(scenario, study, tuple(_observed(each) for each in scenario.observations))
-
-
-def _study(path: Path, key: str, name: str) -> Path:
-    try:
-        return named_code(path.parent, name)
-    except ValueError as error:
-        raise StudyError(f"{place(path, key)}: {error}") from None
 
 
 def _units(model: Model) -> dict[str, str]:

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from qddot.runner.metrics.reading import Reading
 from qddot.runner.study.base import Real, Table, Whole
+from qddot.runner.study.checked import StudyFile
 
 
 class Unknown(Table):
@@ -73,7 +74,7 @@ class Scenario(Table):
 
     name: str
     set: dict[str, Any] = Field(default_factory=dict)
-    study: str | None = None
+    study: StudyFile | None = None
     observations: tuple[Observation, ...] = Field(min_length=1)
 
 
@@ -86,7 +87,7 @@ class Identification(Table):
 
     title: str
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
-    study: str
+    study: StudyFile
     unknowns: dict[str, Unknown] = Field(min_length=1)
     scenarios: tuple[Scenario, ...] = Field(min_length=1)
     starts: Whole = Field(default=1, ge=1)
