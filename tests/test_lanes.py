@@ -1,6 +1,8 @@
 """Runs in lanes: each equals the same run alone, whatever its neighbours do."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -299,3 +301,20 @@ def test_a_kernel_changed_in_place_is_compiled_anew_for_lanes(tmp_path):
         batch = qddot.simulate_batch(qddot.load(path), (0, 1), step=0.1, initial=np.zeros((2, 2)))
         found.append(batch.final[0, 1])
     np.testing.assert_allclose(found, [2.0, 3.0], rtol=1e-12)
+
+
+OTHER_PROCESS = """
+import sys, numpy as np, qddot
+batch = qddot.simulate_batch(qddot.load(sys.argv[1]), (0, 1), step=0.1, initial=np.zeros((2, 2)))
+print(batch.success.all())
+"""
+
+
+def test_the_same_kernel_in_another_folder_finds_its_own_code_in_a_process_that_knows_no_other(tmp_path):
+    text = Path(qddot.load("one_axle").module.__file__).read_text()
+    for folder in ("first", "second"):
+        (tmp_path / folder).mkdir()
+        path = tmp_path / folder / "axle.py"
+        path.write_text(text.replace("derivative[1] = ", "derivative[1] = 0.25 + "))
+        done = subprocess.run([sys.executable, "-c", OTHER_PROCESS, path], capture_output=True, text=True, check=False)
+        assert done.stdout.strip() == "True", done.stderr

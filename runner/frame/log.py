@@ -100,8 +100,8 @@ def log_for(
     arrays: dict[str, NDArray[Any]] = {
         "stops": stops,
         "wanted": wanted,
-        "saved_t": np.zeros(room),
-        "saved_x": np.zeros((room, n)),
+        "saved_t": np.empty(room),
+        "saved_x": np.empty((room, n)),
         "found_t": np.zeros(event_room),
         "found_event": np.zeros(event_room, dtype=np.int64),
         "found_x": np.zeros((event_room, n)),

@@ -153,7 +153,7 @@ def compiled(
 
 
 def text_digest(function: FunctionType) -> str:
-    """The digest of what a function does, wherever it stands."""
+    """The digest of what a function does and of its module, which numba's cached code asks for by name."""
     code = function.__code__
-    parts = (code.co_code, code.co_consts, code.co_names, code.co_varnames)
+    parts = (function.__module__, code.co_code, code.co_consts, code.co_names, code.co_varnames)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
