@@ -71,7 +71,7 @@ def _write(study: Study, solution: Solution, path: Path, data: Path, title: str,
         drawing.begin(_curves(study, solution, path, title), picture)
     solution.save(data)
     console.print(title, style="bold", highlight=False)
-    console.print(statistics(solution, compiled_for()), highlight=False)
+    console.print(statistics(solution, compiled_for()), highlight=False, soft_wrap=True)
     console.print(summary(solution))
     for line in not_finite(solution):
         console.print(f"note: {line}", highlight=False, soft_wrap=True)
