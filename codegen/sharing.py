@@ -131,12 +131,20 @@ class _Sharing:
             self.common[symbol] = (kind, found)
         for k in sorted(set.intersection(*(set(holders[part]) for part in shared))):
             sign = self._sign(found, self.parts[nodes[k]]) if k >= i + whole and nodes[k] not in self.given else 0
-            if sign:
-                rest = {part: n for part, n in self.parts[nodes[k]].items() if part not in found}
-                self.parts[nodes[k]] = rest | {symbol: se.Integer(sign)}
+            if sign and not (kind is se.Mul and symbol in self.parts[nodes[k]]):
+                self._take(self.parts[nodes[k]], found, symbol, sign)
                 holders.setdefault(symbol, {})[k] = None
                 for part in shared:
                     del holders[part][k]
+
+    @staticmethod
+    def _take(parts: Parts, found: Parts, symbol: Any, sign: int) -> None:
+        """Let a symbol stand for what was found in parts, which may hold it already: (x + y) - 2*(x + y)."""
+        for part in found:
+            del parts[part]
+        parts[symbol] = parts.get(symbol, 0) + se.Integer(sign)
+        if parts[symbol] == 0:
+            del parts[symbol]
 
     @staticmethod
     def _sign(found: Parts, parts: Parts) -> int:

@@ -272,7 +272,7 @@ def test_a_model_that_calls_a_function_without_vectors_runs_alone_with_the_same_
         "names": ["pitch"],
     }
     lanes = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
-    monkeypatch.setattr("qddot.runner.lanes.batch.lane_rhs", lambda model: None)
+    monkeypatch.setattr("qddot.runner.lanes.way.lane_rhs", lambda model: None)
     lone = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
     assert lanes.in_lanes
     assert not lone.in_lanes

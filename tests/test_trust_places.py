@@ -247,7 +247,7 @@ def test_a_run_on_a_full_disk_ends_in_one_line(tmp_path):
 def test_results_that_cannot_be_written_are_refused_before_anything_is_computed(tmp_path, shut, monkeypatch):
     from qddot.runner import command
 
-    monkeypatch.setattr(command, "run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("qddot.runner.study.ready.Study.run", lambda *_, **__: pytest.fail("it ran"))
     study = write(tmp_path, STUDY, "quick.toml")
     (tmp_path / "file").write_text("")
     (tmp_path / "results" / "quick_row=1.nc").mkdir(parents=True)

@@ -252,3 +252,17 @@ def test_no_rule_changes_a_value(expressions, numbers):
         for name, rule in RULES.items():
             for found, expected in zip(written(rule(before), at), truth, strict=True):
                 assert abs(found - expected) <= mpmath.mpf(10) ** -40 * (1 + abs(expected)), name
+
+
+@pytest.mark.parametrize("factor", [-3, -2, -1, 1, 2])
+def test_a_sum_that_holds_another_and_its_terms_keeps_its_value(factor):
+    """2 + a is a term of the sum and what the rest of it is made of: both stand for one symbol, and add up."""
+    whole = 2 + a
+    held = 2 + a + factor * whole if factor != 1 else 2 + a + se.sin(whole)
+    writes = tuple((Slot("out", (k,)), e) for k, e in enumerate((se.cos(whole), se.sin(held))))
+    before = Kernel(frozenset(SYMBOLS), (), writes)
+    with mpmath.workdps(50):
+        at = {symbol: mpmath.mpf(k + 1) / 7 for k, symbol in enumerate(SYMBOLS)}
+        after = share(before, Names(SYMBOLS), {})
+        for found, expected in zip(written(after, at), written(before, at), strict=True):
+            assert abs(found - expected) < mpmath.mpf(10) ** -40
