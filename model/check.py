@@ -2,8 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
-from difflib import get_close_matches
+from collections.abc import Iterator, Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from qddot.model.inertia import inertia
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.vocabulary import refusals
 from qddot.units.worth import problem
+from qddot.words import nearest
 
 if TYPE_CHECKING:
     from qddot.model.system import System
@@ -153,7 +153,7 @@ def _numbers(system: "System") -> Iterator[str]:
             yield f"the parameter set {name!r} {reason}"
         for symbol, value in values.items():
             if str(symbol) not in known:
-                yield f"parameter set {name} names {symbol}, which is no parameter{_nearest(str(symbol), known)}"
+                yield f"parameter set {name} names {symbol}, which is no parameter{nearest(str(symbol), known)}"
             elif not _finite(value):
                 yield f"parameter set {name} gives {symbol} the value {value!r}, expected a finite number"
 
@@ -163,7 +163,7 @@ def _expressions(system: "System") -> Iterator[str]:
     for symbol in system.generalized_forces:
         if symbol not in coordinates:
             names = {coordinate.name for coordinate in coordinates}
-            yield f"a generalized force is given for {symbol}, which is no coordinate{_nearest(str(symbol), names)}"
+            yield f"a generalized force is given for {symbol}, which is no coordinate{nearest(str(symbol), names)}"
     accelerations = {coordinate.acceleration for coordinate in system.coordinates}
     results = {symbol for role, symbol in declared(system) if role == "output"}
     known = {t} | {symbol for _, symbol in declared(system)} - results
@@ -188,7 +188,7 @@ def _unknown_symbols(place: str, expression: Any, known: set[Symbol]) -> Iterato
         return
     names = {symbol.name for symbol in known}
     for symbol in sorted(_symbols(expression) - known, key=str):
-        yield f"{place} uses {symbol}, which is not declared{_nearest(str(symbol), names)}"
+        yield f"{place} uses {symbol}, which is not declared{nearest(str(symbol), names)}"
 
 
 def _vocabulary(system: "System") -> Iterator[str]:
@@ -267,8 +267,3 @@ def _symbols(expression: Any) -> set[Symbol]:
 
 def _finite(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _nearest(name: str, known: Iterable[str]) -> str:
-    close = get_close_matches(name, sorted(known), n=1)
-    return f"; did you mean {close[0]}?" if close else ""
