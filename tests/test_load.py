@@ -1,3 +1,5 @@
+import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +79,25 @@ def test_kernel_that_does_not_compile_is_named(tmp_path):
     path.write_text(SAMPLE.read_text().replace("M[0, 0] = c[3]", "M[0, 0] = c.nothing"))
     with pytest.raises(LoadError, match="model oscillator: kernel 'mass' does not compile"):
         load(path).kernel("mass")
+
+
+def _constants(model):
+    return model.constants(model.parameter_values(None))
+
+
+def test_a_folder_copied_with_its_compiled_code_loads(tmp_path):
+    """Cached code asks for its module by the name that the first folder gave it: what cannot be had is compiled."""
+    first = tmp_path / "first"
+    first.mkdir()
+    shutil.copy2(SAMPLE, first / "copied.py")
+    before = set(sys.modules)
+    _constants(load(first / "copied.py"))
+    for name in set(sys.modules) - before:
+        del sys.modules[name]  # as in a new process
+    shutil.copytree(first, tmp_path / "second")
+    shutil.rmtree(first)
+    assert list((tmp_path / "second" / "__pycache__").glob("copied.constants*.nbc"))
+    np.testing.assert_array_equal(_constants(load(tmp_path / "second" / "copied.py")), [50.0, 1.5, 9.81, 2.0, 0.5])
 
 
 def test_nonlinear_model_needs_no_linear_kernel(tmp_path):

@@ -7,13 +7,11 @@ import numpy as np
 from qddot.runner.exact.ladder import ROW, THETA_16, M, driving_block, place
 from qddot.runner.exact.space import POWERS
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.inputs.reader import holds_to, piece_at
+from qddot.runner.inputs.piece import AMPLITUDE, COLUMNS, FREQUENCY, START, differentiated, holds_to, piece_at
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import BLOCK, LEAN, floats, integers, matrix
 from qddot.runner.machine.sums import weighted_sum
 
-#: Of a table of pieces.
-COLUMNS = 8
 #: Powers of time count it in so many delta, the fastest sine turns by no more than FAST rad in delta, and no row of
 #: drivers sums up to more than DRIVE: all rows of M then have norms below THETA_16.
 SLOW, FAST, DRIVE = 16.0, 0.5, 0.25
@@ -40,11 +38,9 @@ def force(s):
     values = matrix(s.values, POWERS, m)
     s.degree, s.frequencies = 0, 0
     for i in range(s.channels):
-        k, rate = cursor[i], floats(s.rate, s.channels)[i]
-        since = rate * s.t + floats(s.offset, s.channels)[i] - pieces[k, 0]
-        a, b, c, d = pieces[k, 1], pieces[k, 2], pieces[k, 3], pieces[k, 4]
-        if order[i] == 1:
-            a, b, c, d = rate * b, rate * 2.0 * c, rate * 3.0 * d, 0.0
+        p, rate = pieces[cursor[i]], floats(s.rate, s.channels)[i]
+        since = rate * s.t + floats(s.offset, s.channels)[i] - p[START]
+        a, b, c, d, amplitude, phase = differentiated(p, order[i], rate)
         values[0, i] = a + since * (b + since * (c + since * d))
         values[1, i] = rate * (b + since * (2.0 * c + since * 3.0 * d))
         values[2, i] = rate * rate * (c + since * 3.0 * d)
@@ -52,8 +48,8 @@ def force(s):
         for power in range(s.degree + 1, POWERS):
             if values[power, i] != 0.0:
                 s.degree = power
-        if pieces[k, 5] != 0.0:
-            add_sine(s, i, rate * pieces[k, 6], pieces[k, 6] * since + pieces[k, 7], pieces[k, 5], order[i])
+        if p[AMPLITUDE] != 0.0:
+            add_sine(s, i, rate * p[FREQUENCY], p[FREQUENCY] * since + phase, amplitude)
     values[0, m - 1] = 1.0
     for power in range(s.degree + 1):
         for b in range(s.panels):
@@ -62,11 +58,9 @@ def force(s):
 
 
 @compiled(**LEAN)
-def add_sine(s, i, omega, phase, amplitude, order):
-    """Add amplitude*sin(omega time + phase), or its derivative, of channel i to the sines of the states."""
+def add_sine(s, i, omega, phase, amplitude):
+    """Add amplitude*sin(omega time + phase) of channel i to the sines of the states."""
     sine, cosine = amplitude * math.cos(phase), amplitude * math.sin(phase)
-    if order == 1:
-        sine, cosine = -omega * cosine, omega * sine
     if omega < 0.0:
         omega, sine = -omega, -sine
     width, known = BLOCK * s.panels, floats(s.omega, s.channels)

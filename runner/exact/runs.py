@@ -1,10 +1,9 @@
 """The compiled half of `batch`: run after run through the same work space."""
 
 from qddot.runner.exact.balance import begin
-from qddot.runner.exact.forcing import COLUMNS
 from qddot.runner.exact.propagate import NON_FINITE, RUNNING, leaving, propagate, start
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.inputs.reader import piece_at, piece_value
+from qddot.runner.inputs.piece import COLUMNS, START, piece_at, piece_value
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers, layout, matrix
 from qddot.runner.machine.pointers import call_kernel, call_linear
@@ -74,7 +73,7 @@ def all_inputs(batch, s, cursor, t, u):
     for i in range(channels):
         rate, offset = floats(s.rate, channels)[i], floats(s.offset, channels)[i]
         k = cursor[i] = piece_at(s.pieces, first[i], last[i], cursor[i], rate, offset, t + rounding(t))
-        u[i] = piece_value(pieces[k], rate * t + offset - pieces[k, 0], integers(s.order, channels)[i], rate)
+        u[i] = piece_value(pieces[k], rate * t + offset - pieces[k, START], integers(s.order, channels)[i], rate)
 
 
 @compiled(**LEAN)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.inputs import piece
+from qddot.runner.inputs.piece import differentiated, holds_from, holds_to, piece_at, piece_value
 from qddot.runner.inputs.sine import FAR, sine
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, VIEW, first_item, floats
@@ -108,72 +110,15 @@ def refresh(table, reader, t, count):
 
 
 @compiled(**LEAN)
-def begins(pieces, k, rate, offset):
-    """The time at which the argument rate*t + offset passes the start of piece k of those at an address.
-
-    It is computed as a signal's breakpoints are: where a piece ends and where an integrator lands is one number.
-    """
-    return (floats(pieces, 8 * k + 1)[8 * k] - offset) / rate
-
-
-@compiled(**LEAN)
-def piece_at(pieces, first, last, k, rate, offset, t):
-    """Which of the pieces first to last of those at an address holds at time t, found by walking from piece k."""
-    k = min(max(k, first), last)
-    if rate == 0.0:
-        start = floats(pieces, 8 * last + 1)
-        while k < last and start[8 * (k + 1)] <= offset:
-            k += 1
-        while k > first and start[8 * k] > offset:
-            k -= 1
-    elif rate > 0.0:
-        while k < last and begins(pieces, k + 1, rate, offset) <= t:
-            k += 1
-        while k > first and begins(pieces, k, rate, offset) > t:
-            k -= 1
-    else:
-        while k > first and begins(pieces, k, rate, offset) <= t:
-            k -= 1
-        while k < last and begins(pieces, k + 1, rate, offset) > t:
-            k += 1
-    return k
-
-
-@compiled(**LEAN)
-def holds_from(pieces, first, last, k, rate, offset):
-    """Since when piece k has held; negative infinity where it always has."""
-    if rate > 0.0 and k > first:
-        return begins(pieces, k, rate, offset)
-    return begins(pieces, k + 1, rate, offset) if rate < 0.0 and k < last else -np.inf
-
-
-@compiled(**LEAN)
-def holds_to(pieces, first, last, k, rate, offset):
-    """Until when piece k holds; infinity where it always will."""
-    if rate > 0.0 and k < last:
-        return begins(pieces, k + 1, rate, offset)
-    return begins(pieces, k, rate, offset) if rate < 0.0 and k > first else np.inf
-
-
-@compiled(**LEAN)
 def stand_still(table, reader, place, i):
     """A channel whose argument does not change with time."""
     first, last = table.first[i], table.last[i]
     k = piece_at(first_item(table.pieces), first, last, first, 0.0, table.offset[i], 0.0)
     for row in range(ORIGIN, VALUE, GROUP):
         reader[place + row] = 0.0
-    reader[place + C0] = piece_value(table.pieces[k], table.offset[i] - table.pieces[k, 0], table.order[i], 0.0)
-
-
-@compiled(**LEAN)
-def piece_value(piece, s, order, rate):
-    """Value (order 0) or time derivative (1) of a piece (8,) at s behind its start; rate: of its argument."""
-    amplitude, angle = piece[5], piece[6] * s + piece[7]
-    if order == 0:
-        wave = amplitude * np.sin(angle) if amplitude != 0.0 else 0.0
-        return piece[1] + s * (piece[2] + s * (piece[3] + s * piece[4])) + wave
-    wave = amplitude * piece[6] * np.cos(angle) if amplitude != 0.0 else 0.0
-    return rate * (piece[2] + s * (2.0 * piece[3] + s * 3.0 * piece[4]) + wave)
+    reader[place + C0] = piece_value(
+        table.pieces[k], table.offset[i] - table.pieces[k, piece.START], table.order[i], 0.0
+    )
 
 
 @compiled(**LEAN)
@@ -189,18 +134,12 @@ def take_piece(table, reader, place, i, t):
 
 
 @compiled(**LEAN)
-def write_coefficients(piece, rate, offset, order, t, reader, place):
-    """A piece in tau as coefficients in time, of the value (order 0) or of its time derivative (1)."""
-    origin = (piece[0] - offset) / rate
-    c1, c2, c3 = rate * piece[2], rate * rate * piece[3], rate * rate * rate * piece[4]
-    amplitude, frequency, phase = piece[5], rate * piece[6], piece[7]
-    cubic = (piece[1], c1, c2, c3)
-    if order == 1:
-        cubic = (c1, 2.0 * c2, 3.0 * c3, 0.0)
-        amplitude, phase = amplitude * frequency, phase + 0.5 * np.pi
-    reader[place + ORIGIN] = origin
-    for j in range(4):
-        reader[place + C0 + j * GROUP] = cubic[j]
+def write_coefficients(of, rate, offset, order, t, reader, place):
+    """A piece in tau as coefficients in time, differentiated `order` times."""
+    origin, frequency = (of[piece.START] - offset) / rate, rate * of[piece.FREQUENCY]
+    c0, c1, c2, c3, amplitude, phase = differentiated(of, order, rate)
+    reader[place + ORIGIN], reader[place + C0], reader[place + C1] = origin, c0, rate * c1
+    reader[place + C2], reader[place + C3] = rate * rate * c2, rate * rate * rate * c3
     sine_origin = origin
     if amplitude != 0.0 and frequency != 0.0:
         angle, reach = frequency * (t - origin) + phase, 0.5 * FAR / abs(frequency)

@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.inputs.piece import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START
 from qddot.runner.inputs.reader import sample
 
-#: Columns of a piece: value(s) = c0 + c1 s + c2 s^2 + c3 s^3 + amplitude*sin(frequency*s + phase), s = tau - start.
-START, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(8)
 #: Jump relative to the largest value that counts as a jump rather than rounding.
 JUMP = 1e-9
 

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.inputs.signal import AMPLITUDE, C1, C3, START, jumps
+from qddot.runner.inputs.piece import AMPLITUDE, C1, C3, START
+from qddot.runner.inputs.signal import jumps
 from qddot.runner.lanes.tables import EVEN, GUIDED, PIECE
 
 Pieces = NDArray[np.float64]

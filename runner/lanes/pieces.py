@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from qddot.runner.inputs.reader import holds_from, holds_to, piece_at
+from qddot.runner.inputs import piece
+from qddot.runner.inputs.piece import COLUMNS, differentiated, holds_from, holds_to, piece_at
 from qddot.runner.inputs.sine import FAR
 from qddot.runner.lanes.pack import (
     BEGIN,
@@ -34,34 +35,23 @@ STEADY, CUBIC, SINE, CUBIC_AND_SINE, TABLE = np.arange(5)
 
 
 @compiled(**LEAN)
-def take_wave(pack, lane, i, p, rate, offset, order, zero):
-    """The sine of a piece as parts of sine and cosine of frequency times (time - zero).
+def take_coefficients(pack, lane, i, p, rate, offset, order, zero):
+    """A piece differentiated `order` times by time: its cubic, its sine in parts of frequency*(time - zero).
 
     Returns whether the frequency is new.
     """
     row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-    phase = p[6] * (rate * zero + offset - p[0]) + p[7]
-    amplitude, before = p[5], row[FREQUENCY * LANES + lane]
-    if order != 0:
-        amplitude, phase = amplitude * rate * p[6], phase + 0.5 * np.pi
+    c0, c1, c2, c3, amplitude, phase = differentiated(p, order, rate)
+    row[BEGIN * LANES + lane] = p[piece.START]
+    row[C0 * LANES + lane], row[C1 * LANES + lane] = c0, c1
+    row[C2 * LANES + lane], row[C3 * LANES + lane] = c2, c3
+    floats(pack.u, 1)[i * LANES + lane] = c0
+    phase += p[piece.FREQUENCY] * (rate * zero + offset - p[piece.START])
+    before, frequency = row[FREQUENCY * LANES + lane], rate * p[piece.FREQUENCY]
     row[SINE_PART * LANES + lane] = amplitude * np.cos(phase) if amplitude != 0.0 else 0.0
     row[COSINE_PART * LANES + lane] = amplitude * np.sin(phase) if amplitude != 0.0 else 0.0
-    row[FREQUENCY * LANES + lane] = rate * p[6]
-    return before != rate * p[6]
-
-
-@compiled(**LEAN)
-def take_cubic(pack, lane, i, p, rate, order):
-    """The cubic of a piece, or its time derivative."""
-    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-    row[BEGIN * LANES + lane] = p[0]
-    if order == 0:
-        row[C0 * LANES + lane], row[C1 * LANES + lane] = p[1], p[2]
-        row[C2 * LANES + lane], row[C3 * LANES + lane] = p[3], p[4]
-    else:
-        row[C0 * LANES + lane], row[C1 * LANES + lane] = rate * p[2], rate * 2.0 * p[3]
-        row[C2 * LANES + lane], row[C3 * LANES + lane] = rate * 3.0 * p[4], 0.0
-    floats(pack.u, 1)[i * LANES + lane] = row[C0 * LANES + lane]
+    row[FREQUENCY * LANES + lane] = frequency
+    return before != frequency
 
 
 @compiled(**LEAN)
@@ -82,10 +72,10 @@ def take_piece(batch, pack, lane, i, side):
     first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
     k = piece_at(batch.pieces, first, last, integers(pack.piece, 1)[cursor], rate, offset, side)
     integers(pack.piece, 1)[cursor] = k
-    p = floats(batch.pieces + 64 * k, 8)
-    take_cubic(pack, lane, i, p, rate, order)
-    new = take_wave(pack, lane, i, p, rate, offset, order, side)
-    reach = 0.5 * FAR / abs(rate * p[6]) if p[5] != 0.0 and rate * p[6] != 0.0 else np.inf
+    p = floats(batch.pieces + 8 * COLUMNS * k, COLUMNS)
+    new = take_coefficients(pack, lane, i, p, rate, offset, order, side)
+    turning = rate * p[piece.FREQUENCY] if p[piece.AMPLITUDE] != 0.0 else 0.0
+    reach = 0.5 * FAR / abs(turning) if turning != 0.0 else np.inf
     before = max(holds_from(batch.pieces, first, last, k, rate, offset), side - reach)
     after = min(holds_to(batch.pieces, first, last, k, rate, offset), side + reach)
     return before, after, new or kind_of(pack, lane, i) != integers(pack.lane_kind, 1)[cursor]

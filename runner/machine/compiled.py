@@ -87,7 +87,7 @@ class _Cache(FunctionCache):
             return super().load_overload(sig, target_context)
         except OSError:
             return None
-        except (EOFError, pickle.UnpicklingError):
+        except (EOFError, ImportError, pickle.UnpicklingError):  # ImportError: copied here from another folder
             with contextlib.suppress(OSError):
                 self.flush()
             return None
