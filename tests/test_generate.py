@@ -177,7 +177,7 @@ def test_hostile_texts_stay_texts(tmp_path):
 
 @pytest.mark.slow
 def test_the_daily_move_an_eighth_coordinate_follows_everywhere(tmp_path):
-    """README's walk: a crew seat on a spring and a damper, edit, generate, run, look at the new equation."""
+    """The walk in docs/another_degree.md: a crew seat on a spring and a damper; edit, generate, run, look."""
     copy = tmp_path / "qddot"
     left_out = shutil.ignore_patterns(".venv", ".git", "__pycache__", "results", ".*_cache", ".hypothesis")
     shutil.copytree(ROOT, copy, symlinks=True, ignore=left_out)
@@ -213,8 +213,8 @@ def test_the_daily_move_an_eighth_coordinate_follows_everywhere(tmp_path):
 
 
 def crew_seat(root):
-    """The edits that README tells, old text -> new text."""
-    block = (root / "README.md").read_text().split("<!-- crew seat -->")[1]
+    """The edits that the page tells, old text -> new text."""
+    block = (root / "docs" / "another_degree.md").read_text().split("<!-- crew seat -->")[1]
     edits = {}
     for part in block.split("```diff")[1:]:
         lines = part.split("```")[0].strip("\n").splitlines()

@@ -10,7 +10,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from readme import blocks, python_example
+from pages import blocks, python_example
 from ruff.__main__ import find_ruff_bin
 
 import qddot

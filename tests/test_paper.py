@@ -222,10 +222,10 @@ def test_the_command_exits_with_1_where_a_claim_no_longer_holds(tmp_path, monkey
     assert {each["name"] for each in said["claims"]} == set(given.claims)
 
 
-def test_the_table_in_the_readme_is_that_of_the_claims():
+def test_the_table_in_the_docs_is_that_of_the_claims():
     """Every claim stands there with the verdict that the last run gave; `qddot paper` fails where it has changed."""
     rows = re.findall(
-        r"^\| `(\w+)` \|.*\| (holds|differs|rests on an assumption) \|$", (ROOT / "README.md").read_text(), re.M
+        r"^\| `(\w+)` \|.*\| (holds|differs|rests on an assumption) \|$", (ROOT / "docs" / "paper.md").read_text(), re.M
     )
     assert dict(rows) == {name: each.expected for name, each in read(PAPER).claims.items()}
 

@@ -1,18 +1,14 @@
-"""What README tells people to type works, and gives what README shows."""
+"""What README and docs/ tell people to type works, and gives what they show."""
 
-import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from netCDF4 import Dataset
-from readme import README, block
+from pages import PAGES, ROOT, TEXT, block
 from scipy.integrate import solve_ivp
-
-ROOT = Path(__file__).parent.parent
 
 
 def qddot(*arguments, cwd):
@@ -58,7 +54,7 @@ def test_the_slips_give_the_messages_shown(folder):
         qddot("run", "unit.toml", cwd=folder).stderr.replace("unit.toml", "shaken.toml"),
         qddot("run", "coarse.toml", cwd=folder).stderr,
     ]
-    shown = " ".join(README.split())
+    shown = " ".join(TEXT.split())
     for message in found:
         assert message.startswith("error: ")
         assert " ".join(message.split()) in shown
@@ -66,21 +62,48 @@ def test_the_slips_give_the_messages_shown(folder):
 
 def test_the_commands_shown_exist():
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    assert set(re.findall(r"\bmake ([a-z]+)", README)) <= targets
+    code = " ".join(re.findall(r"```.*?```|`[^`\n]*`", TEXT, re.DOTALL))
+    assert set(re.findall(r"\bmake ([a-z]+)", code)) <= targets
 
 
 def test_the_python_shown_is_the_public_interface():
     import qddot as front
 
-    for name in set(re.findall(r"\bqddot\.([A-Za-z_]+)", README)) - {"py", "model", "runner"}:  # rooms
+    for name in set(re.findall(r"\bqddot\.([A-Za-z_]+)", TEXT)) - {"py", "model", "runner"}:  # rooms
         assert name in front.__all__, name
 
 
-def test_every_file_linked_is_there():
-    for target in re.findall(r"\]\(([^)#]+)\)", README):
-        assert target.startswith("http") or os.path.exists(ROOT / target), target
+@pytest.mark.parametrize("page", PAGES)
+def test_every_file_and_heading_linked_is_there(page):
+    for target in re.findall(r"\]\(([^)]+)\)", PAGES[page]):
+        if target.startswith("http"):
+            continue
+        file, _, heading = target.partition("#")
+        path = (ROOT / page).parent / file if file else ROOT / page
+        assert path.exists(), target
+        assert not heading or heading in _anchors(path.read_text()), target
+
+
+def _anchors(text):
+    """The anchors of a page's headings, as GitHub and MkDocs make them."""
+    headings = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_front_page_is_short():
+    assert len(PAGES["README.md"].splitlines()) <= 150
+
+
+def test_the_front_page_shows_what_its_example_prints(tmp_path):
+    for name, language in (("duffing.py", "python"), ("shaken.toml", "toml")):
+        (tmp_path / name).write_text(block(name, language))
+    printed = ""
+    for line in ("qddot generate duffing.py --into kernels", "qddot run shaken.toml"):
+        printed += f"$ {line}\n" + qddot(*line.split()[1:], cwd=tmp_path).stdout
+    times = re.compile(r"points, .*")
+    assert times.sub("points", printed) == times.sub("points", block("shaken"))
 
 
 def test_the_generated_kernel_shown_is_the_one_checked_in():
-    kernel = README.split("```python\n@njit")[1].split("```")[0]
+    kernel = TEXT.split("```python\n@njit")[1].split("```")[0]
     assert "@njit" + kernel.rstrip() in (ROOT / "generated" / "quarter_car.py").read_text()

@@ -1,0 +1,28 @@
+"""What the README and the pages of docs/ show, for tests that type it."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+#: Path from the root -> text.
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text() for path in [ROOT / "README.md", *ROOT.glob("docs/**/*.md")]
+}
+#: All of them, one after the other.
+TEXT = "\n".join(PAGES.values())
+
+
+def block(name, language=""):
+    """The text of the fenced block under the comment with this name."""
+    return TEXT.split(f"<!-- {name} -->\n")[1].split(f"```{language}\n")[1].split("```")[0]
+
+
+def blocks():
+    """The files that the pages tell people to write: name -> text."""
+    named = re.findall(r"<!-- (\w+\.(?:py|toml)) -->\n```(\w+)\n", TEXT)
+    return {name: block(name, language) for name, language in named}
+
+
+def python_example():
+    """The first example in Python, as far as it goes without a right-hand side of one's own."""
+    return PAGES["docs/python.md"].split("```python\n")[1].split("```")[0].partition("gust = ")[0]
