@@ -7,7 +7,7 @@ STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto
 BENCH ?=
 
-.PHONY: help demo test run show batch resume summary plot list generate check equations verify compare identify paper lint format bench clean
+.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper lint format bench clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -73,6 +73,10 @@ paper: compare identify ## the whole paper: equations, pulse, sections 3 and 4, 
 	$(BIN)/qddot paper
 	$(BIN)/qddot report
 
+docs: $(VENV)/docs ## the pages of docs/ and the reference as a site that needs no network: results/site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	@echo "wrote results/site/index.html; to search in it: $(BIN)/mkdocs serve"
+
 bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own: make bench BENCH="--quick batch"
 	$(VENV)-bench/bin/python -m benchmarks $(BENCH)
 
@@ -84,6 +88,11 @@ $(VENV)/run: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[all]'
 	@touch $@
+
+$(VENV)/docs: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[all,docs]'
+	@touch $@ $(VENV)/run
 
 PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy cython
 
@@ -98,4 +107,4 @@ $(VENV)-bench/run: pyproject.toml constraints.txt
 $(VENV)/test: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]'
-	@touch $@ $(VENV)/run
+	@touch $@ $(VENV)/run $(VENV)/docs

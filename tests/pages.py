@@ -1,6 +1,7 @@
 """What the README and the pages of docs/ show, for tests that type it."""
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -26,3 +27,18 @@ def blocks():
 def python_example():
     """The first example in Python, as far as it goes without a right-hand side of one's own."""
     return PAGES["docs/python.md"].split("```python\n")[1].split("```")[0].partition("gust = ")[0]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: the file that it is to be written into, if any; its language and its text."""
+
+    file: str
+    language: str
+    text: str
+
+
+def blocks_of(page):
+    """The fenced blocks of a page, in order."""
+    fenced = re.findall(r"(?:<!-- ([\w.]+) -->\n)?^```(\w*)\n(.*?)^```$", PAGES[page], re.MULTILINE | re.DOTALL)
+    return [Block(*found) for found in fenced]

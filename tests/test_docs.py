@@ -1,8 +1,10 @@
 """What README and docs/ tell people to type works, and gives what they show."""
 
+import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -107,3 +109,19 @@ def test_the_front_page_shows_what_its_example_prints(tmp_path):
 def test_the_generated_kernel_shown_is_the_one_checked_in():
     kernel = TEXT.split("```python\n@njit")[1].split("```")[0]
     assert "@njit" + kernel.rstrip() in (ROOT / "generated" / "quarter_car.py").read_text()
+
+
+def test_the_site_builds_without_a_warning_and_asks_nobody(tmp_path):
+    pytest.importorskip("mkdocs", reason="the site needs the extra `docs`")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(tmp_path)]
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=environment, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    pages = {path.name: path.read_text() for path in tmp_path.glob("*.html")}
+    assert {Path(page).stem for page in PAGES if page.startswith("docs/")} <= {Path(name).stem for name in pages}
+    for name, page in pages.items():
+        assert not re.findall(r"<(?:script|link|img|iframe)[^>]*(?:src|href)=[\"']?(?:https?:)?//", page), name
+    import qddot as front
+
+    missing = [name for name in front.__all__ if f'id="qddot.{name}"' not in pages["reference.html"]]
+    assert not missing, missing
