@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 class StepKeywords(TypedDict, total=False):
     """Options that have to do with steps and tolerances: those of one run and of many."""
 
-    rtol: ArrayLike
-    atol: ArrayLike
+    rtol: ArrayLike | None
+    atol: ArrayLike | None
     max_step: float | None
     first_step: float | None
     max_steps: int | None
-    divergence_limit: float
+    divergence_limit: float | None
 
 
 class OptionKeywords(StepKeywords, total=False):
@@ -28,10 +28,10 @@ class OptionKeywords(StepKeywords, total=False):
     progress: Callable[[float], None] | None
     time_limit: float | None
     refine: int | None
-    events: Iterable[Any]
+    events: Iterable[Any] | None
     controller: str | None
-    max_order: int
-    bdf: bool
+    max_order: int | None
+    bdf: bool | None
 
 
 class BatchKeywords(StepKeywords, total=False):

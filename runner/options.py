@@ -1,7 +1,7 @@
 """How a run is to be integrated: every option of every family of methods, checked when it is given.
 
-The fields of `Options` are the one table of options: what each is by default, its unit, which methods take it, whether
-many runs at once do, and whether a study may give it. `TABLE` holds it by name.
+The fields of `Options` are the one table of options: what each is by default, its unit, which methods take it, also in
+many runs at once, and whether a study may give it. `TABLE` holds it by name; `takers` says which a method takes.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -24,84 +24,90 @@ SPACED, CONTROLLED = ("fixed", "exact"), ("adaptive", "stiff")
 class Option:
     """What is known of an option: its default and its unit; takers: families of methods, or methods, that take it.
 
-    many: whether runs that go together, in lanes or exactly, take it, see `simulate_batch`. sampled: whether it says
-    what to save and tell, which is the batch's own there. study: whether it may stand in a study.
+    many: those among them that take it in many runs at once, see `simulate_batch`. sampled: whether it says what to
+    save and tell, which is the batch's own there. study: whether it may stand in a study.
     """
 
     name: str
     default: Any
     unit: str
     takers: tuple[str, ...]
-    many: bool
+    many: tuple[str, ...]
     sampled: bool
     study: bool
 
 
 def _said(
-    *takers: str, unit: str = "", many: bool = False, sampled: bool = False, study: bool = True
+    *takers: str,
+    default: Any = None,
+    unit: str = "",
+    many: tuple[str, ...] = (),
+    sampled: bool = False,
+    study: bool = True,
 ) -> dict[str, Any]:
-    """What the table says of an option beside its default."""
-    return {"unit": unit, "takers": takers, "many": many, "sampled": sampled, "study": study}
+    """What the table says of an option; its field is None where it is not given."""
+    return {"default": default, "unit": unit, "takers": takers, "many": many, "sampled": sampled, "study": study}
 
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """Options of an integration; a method reads those of its family.
+    """Options of an integration: those that are given, None for others. `takers.fitted` makes them those of a method.
 
-    step: step size in s, fixed-step methods only (required there).
+    step: step size in s (required of fixed-step methods); the spacing of saved points of the exact method.
     output_times: times (n,), in the order of the run, at which to save; start and end are always saved.
-    every: save every so many grid steps instead (fixed-step methods); None saves about 5000 points.
+    every: save every so many grid steps instead; about 5000 points by default.
     progress: called with the fraction done, 0 to 1. time_limit: seconds of wall time.
-    divergence_limit: a state of this magnitude counts as diverged, even though still finite.
-    rtol, atol: error tolerances of adaptive methods, each a scalar or one per state (n_states,).
+    divergence_limit: a state of this magnitude counts as diverged, even though still finite; 1e100.
+    rtol, atol: error tolerances of adaptive methods, each a scalar or one per state (n_states,); 1e-3 and 1e-6.
     max_step, first_step: in s. max_steps: accepted steps. refine: points saved per step by dense output.
-    events: see `events`. controller: step-size controller of an adaptive method; None takes the method's own.
-    max_order, bdf: of the numerical differentiation formulas (ode15s).
+    events: see `events`. controller: step-size controller of an adaptive method; the method's own by default.
+    max_order (5), bdf (False): of the numerical differentiation formulas (ode15s).
     Raises ValueError naming the option, what was found and what was expected.
     """
 
-    step: float | None = field(default=None, metadata=_said(*SPACED, unit="s", many=True))
+    step: float | None = field(default=None, metadata=_said(*SPACED, unit="s", many=("fixed",)))
     output_times: Any = field(default=None, metadata=_said(*EVERY_FAMILY, unit="s", sampled=True))
     every: int | None = field(default=None, metadata=_said(*SPACED, sampled=True))
     progress: Callable[[float], None] | None = field(
         default=None, metadata=_said(*EVERY_FAMILY, sampled=True, study=False)
     )
     time_limit: float | None = field(default=None, metadata=_said(*EVERY_FAMILY, unit="s"))
-    divergence_limit: float = field(default=1e100, metadata=_said(*EVERY_FAMILY, many=True, study=False))
-    rtol: Any = field(default=1e-3, metadata=_said(*CONTROLLED, many=True))
-    atol: Any = field(default=1e-6, metadata=_said(*CONTROLLED, many=True))
-    max_step: float | None = field(default=None, metadata=_said(*CONTROLLED, unit="s", many=True))
-    first_step: float | None = field(default=None, metadata=_said(*CONTROLLED, unit="s", many=True))
-    max_steps: int | None = field(default=None, metadata=_said(*CONTROLLED, many=True))
-    refine: int | None = field(default=None, metadata=_said(*CONTROLLED))
-    events: tuple[Any, ...] = field(default=(), metadata=_said(*CONTROLLED, study=False))
-    controller: Any = field(default=None, metadata=_said("adaptive", "rodas5p"))
-    max_order: int = field(default=MOST_ORDER, metadata=_said("ode15s"))
-    bdf: bool = field(default=False, metadata=_said("ode15s"))
+    divergence_limit: Any = field(
+        default=None, metadata=_said(*EVERY_FAMILY, default=1e100, many=EVERY_FAMILY, study=False)
+    )
+    rtol: Any = field(default=None, metadata=_said(*CONTROLLED, default=1e-3, many=CONTROLLED))
+    atol: Any = field(default=None, metadata=_said(*CONTROLLED, default=1e-6, many=CONTROLLED))
+    max_step: float | None = field(default=None, metadata=_said(*CONTROLLED, unit="s", many=CONTROLLED))
+    first_step: float | None = field(default=None, metadata=_said(*CONTROLLED, unit="s", many=CONTROLLED))
+    max_steps: int | None = field(default=None, metadata=_said(*CONTROLLED, many=CONTROLLED))
+    refine: int | None = field(default=None, metadata=_said(*CONTROLLED, sampled=True))
+    events: Any = field(default=None, metadata=_said(*EVERY_FAMILY, default=(), study=False))
+    controller: str | None = field(default=None, metadata=_said("adaptive", "rodas5p"))
+    max_order: Any = field(default=None, metadata=_said("ode15s", default=MOST_ORDER))
+    bdf: Any = field(default=None, metadata=_said("ode15s", default=False))
 
     def __post_init__(self) -> None:
         """Check each value; arrays become read-only float64."""
         for name in ("divergence_limit", *(name for name in TIMES if name != "output_times")):
-            if getattr(self, name) is not None or name == "divergence_limit":
+            if getattr(self, name) is not None:
                 positive(name, getattr(self, name))
         for name in ("every", "max_steps", "refine"):
             if getattr(self, name) is not None:
                 whole(name, getattr(self, name))
-        if not 1 <= whole("max_order", self.max_order) <= MOST_ORDER:
+        if self.max_order is not None and not 1 <= whole("max_order", self.max_order) <= MOST_ORDER:
             raise ValueError(f"max_order is {self.max_order!r}, expected an order from 1 to {MOST_ORDER}")
-        flag("bdf", self.bdf)
+        if self.bdf is not None:
+            flag("bdf", self.bdf)
         if not (self.controller is None or isinstance(self.controller, str)):
             raise ValueError(f"controller is {shown(self.controller)}, expected the name of one")
         if not (self.progress is None or callable(self.progress)):
             raise ValueError(f"progress is {shown(self.progress)}, expected a function of the fraction done")
         self._check_tolerances()
-        if self.output_times is not None:
-            self._freeze("output_times", _rising_times(self.output_times))
-            if self.every is not None:
-                raise ValueError("output_times and every are both given; give the one that says what to save")
-        if isinstance(self.events, str | Mapping) or not isinstance(self.events, Iterable):
-            raise ValueError(f"events is {shown(self.events)}, expected a list of events, see qddot.crossing")
-        object.__setattr__(self, "events", tuple(self.events))
+        self._check_saving()
+        if self.events is not None:
+            if isinstance(self.events, str | Mapping) or not isinstance(self.events, Iterable):
+                raise ValueError(f"events is {shown(self.events)}, expected a list of events, see qddot.crossing")
+            object.__setattr__(self, "events", tuple(self.events))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Unpickled options are checked again, and their arrays read-only."""
@@ -116,21 +122,32 @@ class Options:
         """The relative and absolute tolerances of n states, each (n,); ValueError naming one of another length."""
         found = []
         for name in ("rtol", "atol"):
-            value = np.asarray(getattr(self, name), dtype=np.float64)
+            given = getattr(self, name)
+            value = np.asarray(TABLE[name].default if given is None else given, dtype=np.float64)
             if value.ndim == 1 and len(value) != n:
                 raise ValueError(f"{name} has {len(value)} entries, expected one number or one for each of {n} states")
             found.append(np.array(np.broadcast_to(value, n)))
         return found[0], found[1]
 
+    def _check_saving(self) -> None:
+        if self.output_times is not None:
+            self._freeze("output_times", _rising_times(self.output_times))
+            for name in ("every", "refine"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"output_times and {name} are both given; give the one that says what to save")
+
     def _check_tolerances(self) -> None:
-        rtol = numbers("rtol", self.rtol, "a number between 0 and 1, or one for each state")
-        if rtol.ndim > 1 or not rtol.size or not ((rtol > 0) & (rtol < 1)).all():
-            raise ValueError(f"rtol is {shown(self.rtol)}, expected a number between 0 and 1, such as 1e-6")
-        if rtol.ndim == 1:
-            self._freeze("rtol", rtol)
-        self._freeze("atol", numbers("atol", self.atol, "a number >= 0 or one for each state"))
-        if not (np.isfinite(self.atol) & (self.atol >= 0)).all() or self.atol.ndim > 1 or not self.atol.size:
-            raise ValueError(f"atol is {shown(self.atol)}, expected a number >= 0 or one for each state")
+        if self.rtol is not None:
+            rtol = numbers("rtol", self.rtol, "a number between 0 and 1, or one for each state")
+            if rtol.ndim > 1 or not rtol.size or not ((rtol > 0) & (rtol < 1)).all():
+                raise ValueError(f"rtol is {shown(self.rtol)}, expected a number between 0 and 1, such as 1e-6")
+            if rtol.ndim == 1:
+                self._freeze("rtol", rtol)
+        if self.atol is not None:
+            atol = numbers("atol", self.atol, "a number >= 0 or one for each state")
+            self._freeze("atol", atol)
+            if not (np.isfinite(atol) & (atol >= 0)).all() or atol.ndim > 1 or not atol.size:
+                raise ValueError(f"atol is {shown(self.atol)}, expected a number >= 0 or one for each state")
 
     def _freeze(self, name: str, array: NDArray[np.float64]) -> None:
         array.flags.writeable = False
@@ -138,8 +155,8 @@ class Options:
 
 
 #: Name -> option.
-TABLE: Mapping[str, Option] = {each.name: Option(each.name, each.default, **each.metadata) for each in fields(Options)}
-#: Options in s; and those that runs take together.
+TABLE: Mapping[str, Option] = {each.name: Option(each.name, **each.metadata) for each in fields(Options)}
+#: Options in s; and those that some methods take in many runs at once.
 TIMES = tuple(name for name, option in TABLE.items() if option.unit == "s")
 MANY = tuple(name for name, option in TABLE.items() if option.many)
 

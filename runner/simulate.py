@@ -25,6 +25,7 @@ from qddot.runner.problem import Problem
 from qddot.runner.result import IntegrationError, Subject, as_solution
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
+from qddot.runner.takers import fitted
 
 __all__ = ["IntegrationError", "Simulation", "crossing", "prepare", "simulate", "solve"]
 
@@ -49,7 +50,7 @@ def simulate(
     step: of fixed-step methods, in s. parameters: a set's name, values by name, or both as a tuple. inputs: signals or
     numbers by name, 0 where not given. initial: the state by name or as an array (n_states,); None starts from the
     static equilibrium, for which the search starts at `guess`, see `equilibrium`.
-    options: those of `Options` (output_times, every, progress, time_limit, rtol, atol, ...).
+    options: those of `Options` that the method takes (output_times, progress, time_limit, rtol, atol, ...).
     Raises IntegrationError where the run fails, unless on_failure is "return"; EquilibriumError where there is no
     static state to start from; ValueError for anything given wrongly, naming it.
     """
@@ -118,7 +119,8 @@ def prepare(
 
     at_rest: finds the static state as `rest` does, from the same arguments.
     """
-    model, chosen, settings = as_model(model), _method(method), _options(step, options)
+    model, chosen = as_model(model), _method(method)
+    settings = _options(chosen, step, options)
     t0, t1 = span_of(span, chosen, settings)
     settings.tolerances(len(model.state_names))
     if initial is not None and guess is not None:
@@ -210,7 +212,8 @@ def solve(
     and x0 take, others index unchecked.
     state_names: x_1, x_2, ... by default; the inputs are u_1, u_2, ... Otherwise as `simulate`.
     """
-    chosen, settings = _method(method), _options(step, options)
+    chosen = _method(method)
+    settings = _options(chosen, step, options)
     t0, t1 = span_of(span, chosen, settings)
     x = row("x0", x0)
     if not x.size:
@@ -223,6 +226,8 @@ def solve(
     c = row("constants", constants)
     table = stack(signals, [0] * len(signals))
     M = None if mass_matrix is None else _mass_matrix(mass_matrix, x.size, chosen)
+    if jacobian is not None and not chosen.stiff:
+        raise ValueError(f"method {chosen.name} uses no jacobian; leave it out, or choose {_stiff_methods()}")
     problem = Problem(rhs, t0, t1, x, c, table, len(signals), names, jacobian, M)
     subject = Subject(
         name=getattr(rhs, "__name__", "rhs"),
@@ -268,17 +273,22 @@ def _mass_matrix(mass_matrix: ArrayLike, n: int, method: Method) -> NDArray[np.f
     if M.shape != (n, n) or not np.isfinite(M).all():
         raise ValueError(f"mass_matrix has shape {M.shape}, expected ({n}, {n}) finite numbers")
     if not method.stiff:
-        stiff = ", ".join(name for name, each in METHODS.items() if each.stiff)
-        raise ValueError(f"method {method.name} takes no mass matrix; there are {stiff}, or solve for x' in rhs")
+        raise ValueError(
+            f"method {method.name} takes no mass matrix; there are {_stiff_methods()}, or solve for x' in rhs"
+        )
     return M
+
+
+def _stiff_methods() -> str:
+    return ", ".join(name for name, each in METHODS.items() if each.stiff)
 
 
 def _method(method: str | Method) -> Method:
     return method if isinstance(method, Method) else find_method(method)
 
 
-def _options(step: float | None, options: Mapping[str, Any]) -> Options:
+def _options(method: Method, step: float | None, options: Mapping[str, Any]) -> Options:
     for name in options:
         if name not in TABLE:
             raise ValueError(unknown("option", name, TABLE))
-    return Options(step=step, **options)
+    return fitted(Options(step=step, **options), method)

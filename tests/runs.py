@@ -10,6 +10,7 @@ from qddot.runner.inputs.signal import InputTable, stack
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.takers import fitted
 
 NO_INPUTS = stack([], [])
 
@@ -55,4 +56,4 @@ def problem(
 
 def run(name: str, problem: Problem, **options: Any) -> Trajectory:
     method = find_method(name)
-    return method.integrate(problem, method, Options(**options))
+    return method.integrate(problem, method, fitted(Options(**options), method))

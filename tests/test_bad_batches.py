@@ -100,6 +100,19 @@ BAD = {
     "samples without a sampled axis": (with_sweep("samples = 10"), "sweep.samples: no axis is sampled"),
     "a sampled axis without samples": (SAMPLED, "sweep.samples: missing"),
     "no samples": (with_sweep("samples = 0", SAMPLED), "sweep.samples: 0; expected a number from 1"),
+    "a seed without a sampled axis": (with_sweep("seed = 3"), "sweep.seed: no axis is sampled; leave it out"),
+    "one of so many of nothing": (
+        slip(STUDY, 'keep = ["z_s"]\n', ""),
+        "outputs.every: nothing is kept of which it could be one sample in so many",
+    ),
+    "points of a single run": (
+        slip(STUDY, "step = 1e-3", "step = 1e-3\noutput_times = [0.1]"),
+        "integration.output_times: a batch samples its runs evenly; leave it out, and give outputs.interval",
+    ),
+    "a method in the middle that takes no step": (
+        with_axis('values = ["rk4", "dop853", "heun"]').replace("parameters.m_s", "integration.method"),
+        "integration.step: method dop853 takes none; it takes output_times, time_limit, rtol, atol",
+    ),
     "unknown sampling": (
         with_sweep('sampling = "lhs"'),
         "sweep.sampling: unknown sampling 'lhs'; did you mean",

@@ -91,7 +91,8 @@ def test_methods_of_a_sweep_go_each_its_way_in_one_block(tmp_path, counted):
     axis = 'key = "integration.method"\nname = "way"\nvalues = ["exact", "rk4", "ode15s"]'
     text = EXACT.replace('key = "parameters.m_s"\nlinspace = ["200 kg", "400 kg", 9]', axis)
     text = text.replace("block = 4", "block = 12").replace(
-        '[integration]\nmethod = "exact"', '[integration]\nmethod = "exact"\nstep = 1e-4\nrtol = 1e-9\natol = 1e-12'
+        '[integration]\nmethod = "exact"',
+        '[integration]\nmethod = "exact"\nfixed.step = 1e-4\nadaptive = { rtol = 1e-9, atol = 1e-12 }',
     )
     path = written(tmp_path, text)
     found = values(run_batch(path, tmp_path / "ways.zarr"))

@@ -21,6 +21,7 @@ from qddot.runner.load import available, load
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status
+from qddot.runner.takers import fitted
 
 LINEAR = [name for name in available() if load(name).tables.linear]
 
@@ -43,7 +44,7 @@ def propagate(A, B, x0, span, signals=(), orders=None, **options):
         None, *map(float, span), np.array(x0, float), constants, inputs, len(signals), names, linear=from_constants
     )
     method = find_method("exact")
-    return method.integrate(problem, method, Options(**options))
+    return method.integrate(problem, method, fitted(Options(**options), method))
 
 
 def reference(A, B, x0, times, signals, rates=()):

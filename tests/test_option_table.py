@@ -9,16 +9,16 @@ import qddot
 from qddot.runner.keywords import BatchKeywords
 from qddot.runner.lanes.way import way_of
 from qddot.runner.methods import METHODS
-from qddot.runner.options import MANY, TABLE, TIMES
+from qddot.runner.options import CONTROLLED, MANY, SPACED, TABLE, TIMES
+from qddot.runner.study.integration import TABLE_OF
 from qddot.runner.study.schema import Integration
+from qddot.runner.takers import taken
 
 
 def test_the_table_is_that_of_the_fields():
     assert list(TABLE) == [each.name for each in fields(qddot.Options)]
     plain = qddot.Options()
-    for name, option in TABLE.items():
-        found = getattr(plain, name)
-        assert found == option.default, name
+    assert all(getattr(plain, name) is None for name in TABLE)
 
 
 def test_an_option_is_taken_by_families_or_methods_that_there_are():
@@ -26,6 +26,7 @@ def test_an_option_is_taken_by_families_or_methods_that_there_are():
     for option in TABLE.values():
         assert option.takers
         assert set(option.takers) <= known, option.name
+        assert set(option.many) <= set(option.takers), option.name
 
 
 def test_keywords_of_many_runs_are_those_of_the_table():
@@ -33,10 +34,19 @@ def test_keywords_of_many_runs_are_those_of_the_table():
 
 
 def test_a_study_takes_what_the_table_says_and_times_with_their_unit():
-    keys = {name: each.annotation for name, each in Integration.model_fields.items() if name != "method"}
+    tables = ("method", "fixed", "adaptive")
+    keys = {name: each.annotation for name, each in Integration.model_fields.items() if name not in tables}
     assert set(keys) == {name for name, option in TABLE.items() if option.study}
     with_unit = {name for name, annotation in keys.items() if str in _leaves(annotation) and name != "controller"}
     assert with_unit == set(TIMES) & set(keys)
+
+
+@pytest.mark.parametrize(("table", "families"), [("fixed", SPACED), ("adaptive", CONTROLLED)])
+def test_a_table_of_families_holds_what_a_method_of_them_takes(table, families):
+    own = {name for method in METHODS.values() if method.family in families for name in taken(method)}
+    keys = Integration.model_fields[table].annotation.model_fields
+    assert set(keys) == {name for name in own if TABLE[name].study}
+    assert {family for family, its in TABLE_OF.items() if its == table} == set(families)
 
 
 def _leaves(annotation):
@@ -46,7 +56,6 @@ def _leaves(annotation):
 
 OTHER = {
     "time_limit": 5.0,
-    "refine": 2,
     "controller": "PI",
     "max_order": 3,
     "bdf": True,

@@ -24,6 +24,7 @@ from qddot.runner.options import Options
         ({"output_times": [0, np.nan]}, r"output_times\[1\] is not finite"),
         ({"output_times": []}, "output_times has shape"),
         ({"output_times": [1], "every": 3}, "output_times and every are both given"),
+        ({"output_times": [1], "refine": 3}, "output_times and refine are both given"),
     ],
 )
 def test_wrong_option_is_named(given, message):

@@ -187,7 +187,7 @@ def test_the_arguments_that_the_battery_varies_work():
         (lambda: qddot.simulate(CAR, (0, 1), method="ode15s", max_order=2.5), "max_order is 2.5, expected a whole"),
         (lambda: qddot.simulate(CAR, (0, 1), step=0.1, every=2**63), "every is 9223372036854775808, expected a whole"),
         (lambda: qddot.simulate(CAR, (0, 1), method="ode45", atol=[1e-6] * 3), "atol has 3 entries, expected one"),
-        (lambda: qddot.simulate(CAR, (0, 1), step=0.1, atol=[1e-6] * 3), "atol has 3 entries, expected one"),
+        (lambda: qddot.simulate(CAR, (0, 1), step=0.1, atol=[1e-6] * 3), "atol: method rk4 takes none"),
         (lambda: qddot.simulate(CAR, (0, 1), method="ode45", rtol=[]), r"rtol is \[\], expected a number between"),
         (lambda: qddot.simulate(CAR, (1, 2), method="ode45", max_step=1e-20), "max_step is 1e-20, too small"),
         (lambda: qddot.simulate(CAR, (1, 2), method="ode15s", max_step=1e-20), "max_step is 1e-20, too small"),

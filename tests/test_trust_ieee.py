@@ -118,6 +118,17 @@ def test_a_run_starts_at_the_static_state_near_the_guess(models):
     np.testing.assert_allclose(run.problem.initial_state, [0.0, -1.4, 0.0, 0.0], atol=1e-9)
 
 
+def test_each_run_of_a_batch_starts_at_the_static_state_near_its_guess(models):
+    batch = qddot.simulate_batch(models["rubber"], (0, 1e-3), step=1e-3, guess={"y": [-2.0, 0.7]})
+    np.testing.assert_allclose(batch.final, [[0.0, -1.4, 0.0, 0.0], [0.0, 0.6, 0.0, 0.0]], atol=1e-9)
+    one = qddot.simulate_batch(models["rubber"], (0, 1e-3), step=1e-3, guess=[0.1, -2.0, 0.0, 0.0])
+    np.testing.assert_allclose(one.final, [[0.0, -1.4, 0.0, 0.0]], atol=1e-9)
+    with pytest.raises(ValueError, match="unknown coordinate 'ydot'"):
+        qddot.simulate_batch(models["rubber"], (0, 1e-3), step=1e-3, guess={"ydot": 1.0})
+    with pytest.raises(ValueError, match="initial and guess are both given"):
+        qddot.simulate_batch(models["rubber"], (0, 1e-3), step=1e-3, initial={"y": 1.0}, guess={"y": 1.0})
+
+
 @pytest.mark.parametrize(
     ("guess", "message"),
     [

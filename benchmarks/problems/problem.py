@@ -13,6 +13,7 @@ from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem as System
 from qddot.runner.problem import Trajectory
+from qddot.runner.takers import fitted
 
 #: Decorator of the right-hand sides and Jacobians (calling convention of `runner.abi`), compiled at their first use.
 kernel = njit(cache=True, error_model="numpy")
@@ -71,8 +72,8 @@ class Problem:
     def solve(self, method: str, rtol: float, **options: Any) -> Trajectory:
         """Integrate by one of our methods; saves the start and the end only unless `options` say otherwise."""
         chosen = find_method(method)
-        wanted = {"output_times": self.span} | options
-        return chosen.integrate(self.system(), chosen, Options(rtol=rtol, atol=self.atol(rtol), **wanted))
+        wanted: dict[str, Any] = {"output_times": self.span, "rtol": rtol, "atol": self.atol(rtol)} | options
+        return chosen.integrate(self.system(), chosen, fitted(Options(**wanted), chosen))
 
     def atol(self, rtol: float) -> Array:
         """Absolute tolerances (n,)."""

@@ -46,7 +46,7 @@ def _sampled(run: Simulation, sampling: Sampling) -> Options:
         every = round(sampling.interval / run.options.step)
         if every >= 1 and abs(every * run.options.step - sampling.interval) <= WHOLE * sampling.interval:
             return replace(run.options, every=every, output_times=None)
-    return replace(run.options, every=None, output_times=sampling.times)
+    return replace(run.options, every=None, refine=None, output_times=sampling.times)
 
 
 def _on_grid(trajectory: Trajectory, sampling: Sampling) -> int:

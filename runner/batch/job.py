@@ -114,7 +114,9 @@ def _job(path: Path, text: str, tree: Tree) -> Job:
     model = first.model
     interval = study.outputs.interval
     wanted = None if interval is None else Amounts(path)("outputs.interval", interval, "s")
-    sampling = sampling_of(_arguments(first, sweep), wanted)
+    arguments = _arguments(first, sweep)
+    _check_saving(arguments)
+    sampling = sampling_of(arguments, wanted)
     requests = {name: request_of(path, name, table, model) for name, table in study.metrics.items()}
     check_outputs(study, sweep, model)
     names = dict.fromkeys([*study.outputs.keep, *(quantity_of(name, each) for name, each in requests.items())])
@@ -139,6 +141,15 @@ def _arguments(first: ready.Study, sweep: Sweep) -> Mapping[str, Any]:
         return first.arguments
     except StudyError as error:
         raise StudyError(f"{error}{described(sweep, 0)}") from error
+
+
+def _check_saving(arguments: Mapping[str, Any]) -> None:
+    """Options of a single run that say what to save, and would say nothing here; `every` spaces the samples."""
+    for name in ("output_times", "refine"):
+        if arguments.get(name) is not None:
+            raise ValueError(
+                f"integration.{name}: a batch samples its runs evenly; leave it out, and give outputs.interval"
+            )
 
 
 def _block(chosen: int | None, bytes_a_run: int, runs: int) -> int:

@@ -11,6 +11,7 @@ from qddot.runner.batch.sampling import Sampling
 from qddot.runner.lanes.batch import Batch, simulate_batch
 from qddot.runner.observe import Observer
 from qddot.runner.options import MANY
+from qddot.runner.takers import taken
 
 
 def alike(run: Run) -> Hashable:
@@ -46,7 +47,7 @@ def _simulated(runs: Sequence[Run], observer: Observer, sampling: Sampling) -> B
     """These runs, sampled; of what is observed the states and outputs, or the states, from which the rest follows."""
     simulations = [run.simulation for run in runs]
     first = simulations[0]
-    given: dict[str, Any] = {name: getattr(first.options, name) for name in MANY}
+    given: dict[str, Any] = {name: getattr(first.options, name) for name in taken(first.method, many=True)}
     return simulate_batch(
         observer.model,
         (sampling.t0, sampling.t1),

@@ -66,6 +66,10 @@ class Observation(Table):
             raise ValueError(f"t has {len(self.t)} numbers and values {len(self.values or ())}, expected as many")
         if self.value is not None and (self.measure == "at") != (self.at is not None):
             raise ValueError('`at` is a time, given with measure = "at" and with no other')
+        if self.value is None and (idle := self.model_fields_set & {"measure", "after", "before", "at"}):
+            raise ValueError(f"a curve is compared point by point and takes no {', '.join(sorted(idle))}")
+        if self.file is None and "columns" in self.model_fields_set:
+            raise ValueError("`columns` are those of a file, which is not given")
         return self
 
 

@@ -18,9 +18,10 @@ from qddot.runner.lanes.threads import run_in_lanes
 from qddot.runner.lanes.way import way_of
 from qddot.runner.load import Model, as_model
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.methods import find_method
+from qddot.runner.methods import Method, find_method
 from qddot.runner.options import MANY, Options
 from qddot.runner.problem import Status
+from qddot.runner.takers import fitted, misfit, taken
 
 
 def simulate_batch(
@@ -31,6 +32,7 @@ def simulate_batch(
     runs: int | None = None,
     parameters: Any = None,
     initial: Mapping[str, ArrayLike] | ArrayLike | None = None,
+    guess: Mapping[str, ArrayLike] | ArrayLike | None = None,
     inputs: Any = None,
     output_times: int | ArrayLike | None = None,
     samples: int | ArrayLike | None = None,
@@ -45,11 +47,13 @@ def simulate_batch(
     Whatever differs from run to run is given as an array with one entry (or row) for each, what does not as one value.
     span: (t0, t1) in s, each a number or (runs,). parameters: as in `simulate`, each value a number or (runs,); or
     (runs, n_parameters). initial: by name or as an array (n_states,) or (runs, n_states); None starts each run from its
-    static equilibrium. inputs: name -> a signal or number for all runs, `per_run(signal, rate, offset)`, or one signal
-    or number for each; or a mapping name -> signal or number for each run. output_times: times (n,) for all runs, or
-    how many evenly spaced ones from t0 to t1 of each, at which `names` (states and outputs; all states by default) are
-    stored: methods of constant step land there, the others interpolate. samples: its old name. threads: as many as
-    there are cores by default. options: those of `BatchKeywords`. runs: where nothing else tells the number.
+    static equilibrium, for which the search starts at `guess`, coordinates by name or states, likewise. inputs: name ->
+    a signal or number for all runs, `per_run(signal, rate, offset)`, or one signal or number for each; or a mapping
+    name -> signal or number for each run. output_times: times (n,) for all runs, or how many evenly spaced ones from t0
+    to t1 of each, at which `names` (states and outputs; all states by default) are stored: methods of constant step
+    land there, the others interpolate. samples: its old name. threads: as many as there are cores by default, for runs
+    that do not go one by one. options: those of `BatchKeywords` that the method takes. runs: where nothing else tells
+    the number.
     A run that fails, or that has no static state to start from, fails alone; its status, time and state or its reason
     are in the result. Raises ValueError for anything given wrongly, EquilibriumError where no run has a static state.
     """
@@ -58,7 +62,10 @@ def simulate_batch(
     if threads is not None:
         whole("threads", threads)
     times = _output_times(output_times, samples)
-    task = make_task(model, chosen, _options(options), span, runs, parameters, initial, inputs, times, names)
+    settings = _options(chosen, options)
+    task = make_task(model, chosen, settings, span, runs, parameters, initial, guess, inputs, times, names)
+    if names is not None and times is None:
+        raise ValueError("names are those of what is stored at output_times, which are not given; give both or neither")
     if time_limit is not None:
         positive("time_limit", time_limit)
     if not (progress is None or callable(progress)):
@@ -94,6 +101,8 @@ def _compute(
 ) -> str:
     """Run all runs into the arrays of the task; returns why they did not go in lanes, nothing where they did."""
     engine, reason = way_of(task.model, task.method, task.options)
+    if engine == "alone" and threads not in (None, 1):
+        raise ValueError(f"threads is {threads}, but these runs go one by one: {reason}; leave it out")
     if task.runs == 0:
         pass
     elif engine == "exact":
@@ -116,8 +125,12 @@ def _output_times(output_times: Any, samples: Any) -> Any:
     return samples
 
 
-def _options(given: Mapping[str, Any]) -> Options:
-    for name in given:
+def _options(method: Method, given: Mapping[str, Any]) -> Options:
+    own = taken(method, many=True)
+    for name, value in given.items():
         if name not in MANY:
             raise ValueError(unknown("option", name, MANY))
-    return Options(**given)
+        if name not in own and value is not None:
+            instead = "give output_times" if name == "step" and method.family == "exact" else ""
+            raise ValueError(f"{name}: {misfit(method, own, name, instead)}")
+    return fitted(Options(**given), method)

@@ -68,17 +68,29 @@ def parameter_rows(model: Model, parameters: Any) -> Floats:
 
 def initial_rows(model: Model, initial: Any) -> Floats:
     """Initial states (1 or runs, n_states)."""
-    if isinstance(initial, Mapping):
-        columns = {name: numbers(f"initial {name}", value) for name, value in initial.items()}
-        x = np.zeros((agreed_count(None, columns, None), len(model.state_names)))
+    return _rows(model, "initial", initial, "state", model.state_names)
+
+
+def guess_rows(model: Model, guess: Any) -> Floats:
+    """Coordinates (1 or runs, n_coordinates) where the searches for static states start; velocities do not matter."""
+    names = model.coordinate_names
+    return _rows(model, "guess", guess, "coordinate", names)[:, : len(names)]
+
+
+def _rows(model: Model, what: str, given: Any, kind: str, names: Sequence[str]) -> Floats:
+    """Rows (1 or runs, n): of these names, where they are given by name; of states otherwise."""
+    if isinstance(given, Mapping):
+        columns = {name: numbers(f"{what} {name}", value) for name, value in given.items()}
+        x = np.zeros((agreed_count(None, columns, None), len(names)))
         for name, column in columns.items():
-            if name not in model.state_names:
-                raise ValueError(f"model {model.name}: {unknown('state', name, model.state_names)}")
-            x[:, model.state_names.index(name)] = column
+            if name not in names:
+                raise ValueError(f"model {model.name}: {unknown(kind, name, names)}")
+            x[:, names.index(name)] = column
         return x
-    x = np.atleast_2d(checks.numbers("initial", initial, f"(runs, {len(model.state_names)}) of finite numbers"))
-    if x.ndim != 2 or x.shape[1] != len(model.state_names) or not np.isfinite(x).all():
-        raise ValueError(f"initial has shape {x.shape}, expected (runs, {len(model.state_names)}) of finite numbers")
+    n = len(model.state_names)
+    x = np.atleast_2d(checks.numbers(what, given, f"(runs, {n}) of finite numbers"))
+    if x.ndim != 2 or x.shape[1] != n or not np.isfinite(x).all():
+        raise ValueError(f"{what} has shape {x.shape}, expected (runs, {n}) of finite numbers")
     return x
 
 

@@ -99,14 +99,15 @@ def inputs_at(table: BatchTable, t: Floats) -> Floats:
     return u
 
 
-def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> tuple[Floats, dict[int, str]]:
+def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats, guess: Floats) -> tuple[Floats, dict[int, str]]:
     """The static equilibria (runs, n_states) for constants c (runs, n_constants), with the inputs at t0 (runs,).
 
+    guess: the coordinates (runs, n_coordinates) at which the searches start.
     Newton's method for all runs at once; runs it does not settle are searched for one by one, as in `equilibrium`.
     A run that has none is a row of NaN, its reason under its number. Raises EquilibriumError where no run has one.
     """
     runs, n = len(c), len(model.coordinate_names)
-    x, u = np.zeros((runs, 2 * n)), inputs_at(table, t0)
+    x, u = np.hstack([guess, np.zeros((runs, n))]), inputs_at(table, t0)
     slopes, matrices = np.zeros((runs, 2 * n)), np.zeros((runs, 2 * n, 2 * n))
     rhs, jacobian = _address(model, "rhs"), _address(model, "jacobian")
     settled = np.zeros(runs, dtype=bool)
@@ -129,7 +130,8 @@ def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats) -> tuple[
     reasons: dict[int, str] = {}
     for run in map(int, np.flatnonzero(~(settled & np.isfinite(x).all(axis=1)))):
         try:
-            x[run] = rest(model, c[run], table_of(table, run), float(t0[run]))
+            start = np.concatenate([guess[run], np.zeros(n)])
+            x[run] = rest(model, c[run], table_of(table, run), float(t0[run]), start)
         except EquilibriumError as error:
             x[run], reasons[run] = np.nan, str(error)
     if runs and len(reasons) == runs:

@@ -11,6 +11,7 @@ from qddot.runner import abi
 from qddot.runner.lanes.given import (
     agreed_count,
     check_spans,
+    guess_rows,
     initial_rows,
     numbers,
     output_rows,
@@ -99,6 +100,7 @@ def make_task(
     runs: int | None,
     parameters: Any,
     initial: Any,
+    guess: Any,
     inputs: Any,
     output_times: Any,
     names: Sequence[str] | None,
@@ -107,7 +109,11 @@ def make_task(
     t0, t1 = (numbers("span", each) for each in pair(span))
     p = parameter_rows(model, parameters)
     x0 = None if initial is None else initial_rows(model, initial)
-    count = agreed_count(runs, {"span": t0, "the end of the span": t1, "parameters": p[:, 0], "initial": x0}, inputs)
+    if initial is not None and guess is not None:
+        raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
+    q0 = np.zeros((1, len(model.coordinate_names))) if guess is None else guess_rows(model, guess)
+    rows = {"span": t0, "the end of the span": t1, "parameters": p[:, 0], "initial": x0, "guess": q0}
+    count = agreed_count(runs, rows, inputs)
     t0, t1 = np.broadcast_to(t0, count).copy(), np.broadcast_to(t1, count).copy()
     check_spans(t0, t1, method, options)
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
@@ -115,7 +121,7 @@ def make_task(
     n = len(model.state_names)
     rtol, atol = options.tolerances(n)
     if x0 is None:
-        start, reasons = equilibria(model, constants, table, t0)
+        start, reasons = equilibria(model, constants, table, t0, np.broadcast_to(q0, (count, q0.shape[1])))
     else:
         start, reasons = np.broadcast_to(x0, (count, n)).copy(), dict[int, str]()
     times, columns = output_rows(output_times, t0, t1), wanted_columns(model, names)

@@ -17,7 +17,7 @@ IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop8
 def way_of(model: Model, method: Method, options: Options) -> tuple[Way, str]:
     """The way of runs of this model, method and options; and why they do not go in lanes, nothing where they do."""
     for name, option in TABLE.items():
-        if not (option.many or option.sampled) and getattr(options, name) != option.default:
+        if not (option.many or option.sampled) and getattr(options, name) not in (None, option.default):
             return "alone", f"option {name} is one of a single run"
     if method.family == "exact":
         return "exact", "exact propagation takes every run by its own matrices, on all threads"

@@ -7,9 +7,9 @@ from typing import Any
 from qddot.runner.checks import unknown
 from qddot.runner.files import named_code
 from qddot.runner.load import Model, load
-from qddot.runner.options import TIMES
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.base import Amount
+from qddot.runner.study.integration import integration_arguments
 from qddot.runner.study.memory import Memory
 from qddot.runner.study.read import StudyError, place
 from qddot.runner.study.schema import Study
@@ -29,7 +29,7 @@ def settings(study: Study, model: Model, path: Path, memory: Memory | None = Non
         "inputs": study_signals(study, model, model.parameter_values(parameters), path, memory),
         "initial": None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
         "guess": _guess(study, model, amounts),
-        **memory(("options", study.integration), lambda: _options(study, amounts)),
+        **memory(("options", study.integration), lambda: integration_arguments(study.integration, amounts)),
     }
 
 
@@ -78,12 +78,3 @@ def _named(
         if name not in units:
             raise amounts.wrong(f"{table}.{name}", unknown(kind, name, units))
     return {name: amounts(f"{table}.{name}", value, units[name]) for name, value in values.items()}
-
-
-def _options(study: Study, amounts: Amounts) -> dict[str, Any]:
-    options = study.integration.model_dump(exclude_none=True)
-    for name in options.keys() & set(TIMES):
-        key, given = f"integration.{name}", options[name]
-        several = isinstance(given, tuple)
-        options[name] = [amounts(key, each, "s") for each in given] if several else amounts(key, given, "s")
-    return options

@@ -9,7 +9,10 @@ from qddot.runner.study.toml import tables_of
 Tree = dict[str, Any]
 
 #: Tables that may be missing in the file, and whose keys are the model's names.
-_OPEN = ("parameters", "initial", "equilibrium_guess", "inputs", "integration", "outputs")
+_OPEN = (
+    *("parameters", "initial", "equilibrium_guess", "inputs", "outputs"),
+    *("integration", "integration.fixed", "integration.adaptive"),
+)
 
 
 def changed(tree: Tree, changes: Mapping[str, Any]) -> Tree:
@@ -49,7 +52,7 @@ def _with(node: Any, parts: list[str], depth: int, value: Any) -> Any:
         above = ".".join(parts[:depth])
         raise ValueError(f"{'.'.join(parts)}: {above} is {node!r}, which has no {part!r} in it")
     last = depth == len(parts) - 1
-    if part not in node and not last and not (depth == 0 and part in _OPEN):
+    if part not in node and not last and ".".join(parts[: depth + 1]) not in _OPEN:
         tables = [name for name, each in node.items() if isinstance(each, Mapping | list)]
         raise ValueError(f"{'.'.join(parts)}: {unknown('table', part, tables)}")
     return {**node, part: _with(node.get(part, {}), parts, depth + 1, value)}

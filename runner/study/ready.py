@@ -9,10 +9,13 @@ from typing import Any, Unpack
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model
+from qddot.runner.methods import find_method
 from qddot.runner.simulate import Simulation, prepare
 from qddot.runner.solution import Solution
 from qddot.runner.study import schema
+from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.arguments import settings, study_model
+from qddot.runner.study.integration import family_options
 from qddot.runner.study.library import Entry, entries, folders
 from qddot.runner.study.memory import Memory
 from qddot.runner.study.overrides import Tree, changed
@@ -20,6 +23,8 @@ from qddot.runner.study.read import check, naming_file, read_tree
 
 #: What a study says beside how to integrate, by the names of `simulate`.
 _GIVEN = ("span", "parameters", "inputs", "initial", "guess")
+#: Options of which one says what to save.
+_SAVING = ("output_times", "every", "refine")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +80,21 @@ class Study:
     ) -> Simulation:
         """The run, ready to be called as often as wanted.
 
-        method: in place of the study's, whose options go with it. step and options: in place of the study's one by one.
-        span: another. inputs: signals or numbers by name, in place of the study's or beside them.
+        method: in place of the study's, whose options go with it, but for those of [integration.fixed] and
+        [integration.adaptive], of which the method reads its own. step and options: in place of the study's one by
+        one; output_times, every and refine, which say what to save, in place of each other, too. span: another.
+        inputs: signals or numbers by name, in place of the study's or beside them.
         Raises StudyError for anything that cannot be.
         """
         given = {name: value for name, value in self.arguments.items() if method is None or name in _GIVEN}
-        own = {"method": method, "step": step, "span": span}
-        given |= {name: value for name, value in own.items() if value is not None} | options
-        given["inputs"] = {**self.inputs, **(inputs or {})}
         with naming_file(self.path):
+            if method is not None:
+                given |= family_options(self.tables.integration, find_method(method), Amounts(self.path))
+            if any(options.get(name) is not None for name in _SAVING):
+                given = {name: value for name, value in given.items() if name not in _SAVING}
+            own = {"method": method, "step": step, "span": span}
+            given |= {name: value for name, value in own.items() if value is not None} | options
+            given["inputs"] = {**self.inputs, **(inputs or {})}
             return prepare(self.model, **given)
 
     def run(

@@ -10,13 +10,23 @@ from qddot.runner.study.input_kinds import InputKind
 from qddot.runner.study.road_kinds import RoadKind
 
 
-class Integration(Table):
-    """How to integrate; the options are those of `runner.options.Options`."""
+class AnyMethod(Table):
+    """Options that every method takes; they are those of `runner.options.Options`."""
 
-    method: str = "rk4"
+    output_times: tuple[Amount, ...] | None = None
+    time_limit: Amount | None = None
+
+
+class ConstantStep(AnyMethod):
+    """Options of methods of constant step, and of the exact one, whose saved points they space."""
+
     step: Amount | None = None
     every: Whole | None = None
-    output_times: tuple[Amount, ...] | None = None
+
+
+class VariableStep(AnyMethod):
+    """Options of methods that choose their steps."""
+
     rtol: Real | None = None
     atol: Real | None = None
     max_step: Amount | None = None
@@ -26,7 +36,18 @@ class Integration(Table):
     controller: str | None = None
     max_order: Whole | None = None
     bdf: bool | None = None
-    time_limit: Amount | None = None
+
+
+class Integration(ConstantStep, VariableStep):
+    """How to integrate: a method, and options that it takes.
+
+    fixed, adaptive: options of whatever method is chosen, by `--set`, by a sweep or in Python, if it is one of constant
+    step (or exact), or of variable step.
+    """
+
+    method: str = "rk4"
+    fixed: ConstantStep = ConstantStep()
+    adaptive: VariableStep = VariableStep()
 
 
 class Figure(Table):

@@ -12,6 +12,7 @@ from qddot.runner.report.input_curves import Line, Sheet, integral, over_distanc
 from qddot.runner.report.tables import plain_table
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.arguments import study_parameters
+from qddot.runner.study.integration import integration_arguments, told
 from qddot.runner.study.read import StudyError, read_tree
 from qddot.runner.study.ready import ready
 from qddot.runner.study.road import random_road_roughness, road_positions, road_profile, road_reach, road_speed
@@ -19,7 +20,7 @@ from qddot.runner.study.signals import study_signals
 
 
 def show_inputs(path: Path, into: Path) -> int:
-    """Print a table of the study's inputs and draw them: over time, the road over distance, its spectrum."""
+    """Print how the study integrates and its inputs; draw these: over time, the road over distance, its spectrum."""
     given, console = ready(path, *read_tree(path)), Console()
     study, model, amounts = given.tables, given.model, Amounts(path)
     try:
@@ -35,7 +36,10 @@ def show_inputs(path: Path, into: Path) -> int:
     if not span[0] < span[1]:
         raise amounts.wrong("span", f"({span[0]}, {span[1]}), expected a start before the end")
     channels = {channel.name: channel for channel in model.tables.inputs}
+    integration_arguments(study.integration, amounts)  # refused here as by `qddot run`
     console.print(f"[bold]{study.title or path.stem}[/bold]")
+    for line in told(study.integration):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
     console.print(_table(signals, {name: channels[name].unit for name in signals}, span))
     sheets = over_time(signals, channels, span)
     if study.road is not None:

@@ -136,6 +136,9 @@ def _drawn(axes: Sequence[Axis], table: SweepTable) -> list[Axis]:
             else "sweep.samples: no axis is sampled; give one uniform, loguniform, normal or integers"
         )
     if not sampled:
+        for key in ("sampling", "seed"):
+            if key in table.model_fields_set:
+                raise ValueError(f"sweep.{key}: no axis is sampled; leave it out")
         return list(axes)
     count = table.samples or 0
     if not 1 <= count <= MOST_RUNS:
