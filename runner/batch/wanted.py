@@ -38,7 +38,7 @@ def check_outputs(study: Study, sweep: Sweep, model: Model) -> None:
             raise ValueError(f"outputs.keep.{i}: {name!r} stands twice")
     if study.outputs.every < 1:
         raise ValueError(f"outputs.every: {study.outputs.every}; expected a number of samples, at least 1")
-    if "every" in study.outputs.model_fields_set and not study.outputs.keep:
+    if study.outputs.model_fields_set & {"every", "keep"} == {"every"}:
         raise ValueError("outputs.every: nothing is kept of which it could be one sample in so many; leave it out")
     taken = {"axis": [axis.name for axis in sweep.axes], "kept quantity": list(study.outputs.keep)}
     for name in study.metrics:
