@@ -51,9 +51,25 @@ class Drafts:
         return Draft((*self._moving, *self._solution), _vector("derivative", derivatives))
 
     def others(self) -> Mapping[str, Draft]:
-        """Every other kernel but `constants`; `linear` too where the equations are, which goes on from `jacobian`."""
-        slopes = self._linear() or {"jacobian": self._jacobian()}
+        """Every other kernel but `constants`."""
+        slopes = {"jacobian": self._jacobian(), "input_jacobian": self._input_jacobian()}
         return {"mass": self._mass(), "energy": self._energy(), "outputs": self._outputs(), **slopes}
+
+    @cached_property
+    def linear(self) -> bool:
+        """Whether dx = A x + B u + b with A, B and b constant during a run."""
+        equations = self._equations
+        if not self._fixed_mass:
+            return False
+        (steps, entries), (input_steps, input_entries) = self._state_slopes, self._input_slopes
+        moving = (*equations.coordinates, *equations.velocities, *equations.inputs, *equations.rates)
+        rest = equations.definitions.substitute(equations.forces, dict.fromkeys(moving, se.Integer(0)))
+        if rest is None:
+            return False
+        temporaries = (*self.parameter_assignments, *steps, *input_steps)
+        known = set(equations.parameters) | {symbol for symbol, _ in temporaries}
+        values = (*entries.values(), *input_entries.values(), *rest, *(e for _, e in (*steps, *input_steps)))
+        return all(value.free_symbols <= known for value in values)
 
     def positions(self) -> Draft:
         """Where the inputs that have a position act; read from the parameters, once a run."""
@@ -72,6 +88,10 @@ class Drafts:
     @cached_property
     def _state_slopes(self) -> tuple[list[Assignment], Matrix]:
         return self._slopes((*self._equations.coordinates, *self._equations.velocities))
+
+    @cached_property
+    def _input_slopes(self) -> tuple[list[Assignment], Matrix]:
+        return self._slopes((*self._equations.inputs, *self._equations.rates))
 
     def _slopes(self, variables: tuple[Any, ...]) -> tuple[list[Assignment], Matrix]:
         """Assignments and entries of d qddot / d variables: M^-1 (df/ds - dM/ds qddot), column by column."""
@@ -101,17 +121,20 @@ class Drafts:
 
     def _jacobian(self) -> Draft:
         steps, entries = self._state_slopes
-        return Draft((*self._moving, *self._solution, *steps), _matrix("matrix", self._with_velocities(entries)))
+        velocities: Matrix = {(k, self._n + k): se.Integer(1) for k in range(self._n)}
+        return Draft((*self._moving, *self._solution, *steps), _matrix(velocities | self._below(entries)))
 
-    def _with_velocities(self, entries: Matrix) -> Matrix:
-        """The lower half of a state matrix below the rows that say d q / d t = qdot."""
-        upper: Matrix = {(k, self._n + k): se.Integer(1) for k in range(self._n)}
-        return upper | {(self._n + row, column): value for (row, column), value in entries.items()}
+    def _input_jacobian(self) -> Draft:
+        """Its columns: all inputs, then the rates of all."""
+        steps, entries = self._input_slopes
+        return Draft((*self._moving, *self._solution, *steps), _matrix(self._below(entries)))
+
+    def _below(self, entries: Matrix) -> Matrix:
+        """Entries of d qddot / d something in the rows of dx = [qdot, qddot]."""
+        return {(self._n + row, column): value for (row, column), value in entries.items()}
 
     def _mass(self) -> Draft:
-        lower = dict(self._equations.mass)
-        upper = {(j, k): value for (k, j), value in lower.items()}
-        return Draft(self._moving, _matrix("matrix", lower | upper))
+        return Draft(self._moving, _matrix(self._equations.mass))
 
     def _energy(self) -> Draft:
         equations = self._equations
@@ -124,39 +147,6 @@ class Drafts:
     def _values(self, values: Iterable[Any]) -> Draft:
         return Draft((*self._moving, *self._solution), _vector("values", values))
 
-    def _linear(self) -> dict[str, Draft] | None:
-        """A and [B, b] of dx = A x + B u + b; None where an entry is not constant during a run.
-
-        A is the Jacobian; `linear` begins with it and adds [B, b].
-        """
-        equations = self._equations
-        if not self._fixed_mass:
-            return None
-        channels = (*equations.inputs, *equations.rates)
-        steps, entries = self._state_slopes
-        input_steps, input_entries = self._slopes(channels)
-        known = set(equations.parameters) | {
-            symbol for symbol, _ in (*self.parameter_assignments, *steps, *input_steps)
-        }
-        slopes = (*entries.values(), *input_entries.values(), *(e for _, e in (*steps, *input_steps)))
-        nothing = dict.fromkeys((*equations.coordinates, *equations.velocities, *channels), se.Integer(0))
-        if any(not value.free_symbols <= known for value in slopes):
-            return None
-        rest = equations.definitions.substitute(equations.forces, nothing)
-        if rest is None:
-            return None
-        rest_steps, offsets = solve(self._factors, _sparse(rest), self._names.fresh)
-        last = {(row, len(channels)): value for row, value in offsets.items()}
-        temporaries = (*steps, *input_steps, *rest_steps)
-        known |= {symbol for symbol, _ in rest_steps}
-        if any(not value.free_symbols <= known for value in (*last.values(), *(e for _, e in rest_steps))):
-            return None
-        below = {(self._n + row, column): value for (row, column), value in (input_entries | last).items()}
-        return {
-            "jacobian": Draft(temporaries, _matrix("matrix", self._with_velocities(entries))),
-            "linear": Draft(temporaries, _matrix("input_matrix", below)),
-        }
-
 
 def _sparse(values: Iterable[Any]) -> dict[int, Any]:
     return {index: value for index, value in enumerate(values) if value != 0}
@@ -166,5 +156,5 @@ def _vector(argument: str, values: Iterable[Any]) -> tuple[tuple[Slot, Any], ...
     return tuple((Slot(argument, (index,)), value) for index, value in enumerate(values))
 
 
-def _matrix(argument: str, entries: Matrix) -> tuple[tuple[Slot, Any], ...]:
-    return tuple((Slot(argument, index), entries[index]) for index in sorted(entries))
+def _matrix(entries: Mapping[tuple[int, int], Any]) -> tuple[tuple[Slot, Any], ...]:
+    return tuple((Slot("matrix", index), entries[index]) for index in sorted(entries))

@@ -11,7 +11,7 @@ from qddot.codegen.lagrange import Equations
 from qddot.codegen.rewrite import Names
 from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
-from qddot.codegen.skeleton import reserved
+from qddot.codegen.skeleton import MATRICES, reserved
 from qddot.codegen.zeros import without_zeros
 from qddot.model.check import declared
 from qddot.model.system import ModelError
@@ -23,6 +23,7 @@ class Program:
 
     channels: inputs and then the rates in use; the first rhs_channels of them are read by rhs and jacobian.
     constants: symbols of c in order. slots: symbol -> the argument entry it is read from. linear: affine in x and u.
+    Kernels of matrices write the entries matrix[row, column] that are not zero, sorted: see `pattern`.
     """
 
     equations: Equations
@@ -31,11 +32,15 @@ class Program:
     rhs_channels: int
     constants: tuple[Any, ...]
     slots: Mapping[Any, Slot]
+    linear: bool
 
-    @property
-    def linear(self) -> bool:
-        """Whether the state equation is affine in x and u with constant coefficients."""
-        return "linear" in self.kernels
+    def pattern(self, name: str) -> tuple[tuple[int, ...], ...]:
+        """Of each row of a kernel's matrix the columns of its entries."""
+        count = len(self.equations.coordinates)
+        rows: list[list[int]] = [[] for _ in range(count if name == "mass" else 2 * count)]
+        for slot, _ in self.kernels[name].writes:
+            rows[slot.index[0]].append(slot.index[1])
+        return tuple(map(tuple, rows))
 
 
 def lower(equations: Equations) -> Program:
@@ -47,7 +52,7 @@ def lower(equations: Equations) -> Program:
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
-    program = _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments)
+    program = _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments, lowering.drafts.linear)
     if not equations.positions:
         return program
     return replace(program, kernels={**program.kernels, "positions": lowering.positions()})
@@ -121,12 +126,14 @@ def optimize(kernel: Kernel, author: frozenset[Any], known: Mapping[Any, Any], n
     return prune(simplify(kernel, (folded(known),))).checked()
 
 
-def _laid_out(equations: Equations, kernels: dict[str, Kernel], assignments: tuple[Assignment, ...]) -> Program:
+def _laid_out(
+    equations: Equations, kernels: dict[str, Kernel], assignments: tuple[Assignment, ...], linear: bool
+) -> Program:
     """The kernels with `constants` before them, and the places of all they read."""
     used = frozenset().union(*(kernel.used for kernel in kernels.values()))
     candidates = (*equations.parameters, *(symbol for symbol, _ in assignments))
     constants = tuple(symbol for symbol in candidates if symbol in used)
-    hot = kernels["rhs"].used | kernels["jacobian"].used
+    hot = kernels["rhs"].used | kernels["jacobian"].used | kernels["input_jacobian"].used
     rates = [rate for rate in equations.rates if rate in used]
     channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))
     state = (*equations.coordinates, *equations.velocities)
@@ -136,11 +143,12 @@ def _laid_out(equations: Equations, kernels: dict[str, Kernel], assignments: tup
     first = {"constants": _constants_kernel(equations, constants, assignments)}
     return Program(
         equations=equations,
-        kernels=first | _resized(kernels, equations, channels),
+        kernels=first | {name: _placed(name, kernel, equations, channels) for name, kernel in kernels.items()},
         channels=channels,
         rhs_channels=max((index + 1 for index, symbol in enumerate(channels) if symbol in hot), default=0),
         constants=constants,
         slots=slots,
+        linear=linear,
     )
 
 
@@ -149,13 +157,13 @@ def _constants_kernel(equations: Equations, constants: tuple[Any, ...], assignme
     return prune(Kernel(frozenset(equations.parameters), assignments, writes))
 
 
-def _resized(kernels: dict[str, Kernel], equations: Equations, channels: tuple[Any, ...]) -> dict[str, Kernel]:
-    """The input matrix with the columns of the channels in use, instead of all inputs and all rates."""
-    if "linear" not in kernels:
-        return kernels
+def _placed(name: str, kernel: Kernel, equations: Equations, channels: tuple[Any, ...]) -> Kernel:
+    """A matrix without the entries that turned out to be zero; its columns, where these are inputs, the channels."""
     before = (*equations.inputs, *equations.rates)
-    columns = {before.index(symbol): column for column, symbol in enumerate(channels)} | {len(before): len(channels)}
-    linear = kernels["linear"]
-    moved = ((Slot(slot.argument, (slot.index[0], columns[slot.index[1]])), value) for slot, value in linear.writes)
-    writes = sorted(moved, key=lambda write: write[0].index)
-    return {**kernels, "linear": linear.replace(linear.temporaries, writes)}
+    columns = {before.index(symbol): column for column, symbol in enumerate(channels)}
+    if name not in MATRICES:
+        return kernel
+    writes = [(slot.index, value) for slot, value in kernel.writes if value != 0]
+    if name == "input_jacobian":
+        writes = [((row, columns[column]), value) for (row, column), value in writes]
+    return kernel.replace(kernel.temporaries, [(Slot("matrix", index), value) for index, value in sorted(writes)])

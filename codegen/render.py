@@ -9,7 +9,7 @@ from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lower import Program
 from qddot.codegen.printer import Printer
-from qddot.codegen.skeleton import HEADS, Function, function
+from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
 
 
 def module(program: Program, source: str) -> str:
@@ -35,6 +35,8 @@ def module(program: Program, source: str) -> str:
                 for name, values in equations.system.parameter_sets.items()
             },
             constants=[str(symbol) for symbol in program.constants],
+            coordinates=len(equations.coordinates),
+            patterns={name: program.pattern(name) for name in MATRICES},
             linear=program.linear,
             mass_matrix=equations.mass_matrix,
             uses_math="math." in body,
@@ -65,7 +67,7 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
     paragraphs = (
         tuple(_unpacked(program, name, kernel)),
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
-        tuple(f"{slot} = {printer(expression)}" for slot, expression in kernel.writes),
+        tuple(f"{HEADS[name][0][-1]}[{k}] = {printer(value)}" for k, (_, value) in enumerate(kernel.writes)),
     )
     return function(name, paragraphs)
 

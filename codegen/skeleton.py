@@ -15,48 +15,50 @@ from qddot.codegen.printer import Printer
 HEADS = {
     "constants": (("parameters", "constants"), "Constants of a run from its parameters."),
     "rhs": (("t", "state", "inputs", "constants", "derivative"), "State derivative [qdot, qddot]."),
-    "jacobian": (("t", "state", "inputs", "constants", "matrix"), "Derivative of rhs by the state."),
-    "mass": (("t", "state", "inputs", "constants", "matrix"), "Mass matrix."),
+    "jacobian": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Derivative of rhs by the state, at the places in JACOBIAN.",
+    ),
+    "input_jacobian": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN.",
+    ),
+    "mass": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Lower triangle of the mass matrix, at the places in MASS.",
+    ),
     "energy": (
         ("t", "state", "inputs", "constants", "values"),
         "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
     ),
     "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
     "positions": (("parameters", "values"), "Positions of the inputs in POSITION, m ahead of the model's origin."),
-    "linear": (
-        ("constants", "state_matrix", "input_matrix"),
-        "A and B of rhs = A state + B [inputs, 1].",
-    ),
 }
 
-#: How a kernel begins that goes on from another: A is the Jacobian, which reads nothing but constants where it is one.
-STARTS = {"linear": ("jacobian(0.0, constants, constants, constants, state_matrix)",)}
+#: Those that write the entries of a matrix, at places that the module declares.
+MATRICES = ("jacobian", "input_jacobian", "mass")
 
 Paragraphs = tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
 class Function:
-    """A generated function: `clears` are matrix arguments to be zeroed, paragraphs are lists of finished lines."""
+    """A generated function; paragraphs are lists of finished lines."""
 
     name: str
     arguments: str
     docstring: str
-    clears: tuple[str, ...]
     paragraphs: Paragraphs
 
 
 def function(name: str, paragraphs: Iterable[tuple[str, ...]]) -> Function:
     """The generated function of this name with these lines; empty paragraphs are left out."""
     arguments, docstring = HEADS[name]
-    start = STARTS.get(name, ())
-    written = [argument for line in start for argument in arguments if argument in line]
     return Function(
         name=name,
         arguments=", ".join(arguments),
         docstring=docstring,
-        clears=tuple(argument for argument in arguments if "matrix" in argument and argument not in written),
-        paragraphs=tuple(paragraph for paragraph in (start, *paragraphs) if paragraph) or (("pass",),),
+        paragraphs=tuple(paragraph for paragraph in paragraphs if paragraph) or (("pass",),),
     )
 
 
@@ -66,15 +68,16 @@ def reserved() -> frozenset[str]:
 
     They are read off the template, rendered without a model's lines, and off what the printer writes.
     """
-    single = {"source": "", "sympy": "", "mass_matrix": "", "rhs_inputs": 0, "linear": False}
+    single = {"source": "", "sympy": "", "mass_matrix": "", "coordinates": 0, "rhs_inputs": 0, "linear": False}
     tables = dict.fromkeys(("state", "inputs", "positions", "outputs", "parameters", "constants"), ())
+    dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": {}}
     text = (
         environment("python")
         .get_template("kernels.py.jinja")
         .render(
             **single,
             **tables,
-            parameter_sets={},
+            **dicts,
             system={"title": "", "name": ""},
             uses_math=False,
             functions=[function(name, ()) for name in HEADS],

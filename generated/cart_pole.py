@@ -8,18 +8,20 @@ from numba import njit
 
 NAME = "cart_pole"
 TITLE = "Cart and pole, 2 degrees of freedom"
+CONVENTION = 2
 MASS_MATRIX = "configuration-dependent"
 LINEAR = False
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("x", "m", "position of the cart"),
     ("theta", "rad", "angle of the pole"),
     ("xdot", "m/s", "rate of change of: position of the cart"),
     ("thetadot", "rad/s", "rate of change of: angle of the pole"),
 )
+COORDINATES = 2
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = (("F", "", "N", "force on the cart"),)
 RHS_INPUTS = 1
 
@@ -52,6 +54,11 @@ CONSTANT = (
     "third_L_squared_times_m_p",
     "half_g",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = ((2,), (3,), (1, 2, 3), (1, 2, 3))
+INPUT_JACOBIAN = ((), (), (0,), (0,))
+MASS = ((0,), (0, 1))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -113,10 +120,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     theta = state[1]
     xdot = state[2]
     thetadot = state[3]
@@ -149,33 +154,44 @@ def jacobian(t, state, inputs, constants, matrix):
     reduced_1_4 = tmp_1 * thetadot
     solved_2_3 = -inverse_pivot_2 * (reduced_1_4 * lower_2_1 + c_theta)
 
-    matrix[0, 2] = 1.0
-    matrix[1, 3] = 1.0
-    matrix[2, 1] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
-    matrix[2, 2] = -(solved_2_2 * lower_2_1 + inverse_pivot_1 * c_x)
-    matrix[2, 3] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
-    matrix[3, 1] = solved_2
-    matrix[3, 2] = solved_2_2
-    matrix[3, 3] = solved_2_3
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
+    values[3] = -(solved_2_2 * lower_2_1 + inverse_pivot_1 * c_x)
+    values[4] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
+    values[5] = solved_2
+    values[6] = solved_2_2
+    values[7] = solved_2_3
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    theta = state[1]
+    inverse_pivot_1 = constants[6]
+    half_L_times_m_p = constants[8]
+    third_L_squared_times_m_p = constants[9]
 
+    scaled_2_1 = half_L_times_m_p * math.cos(theta)
+    lower_2_1 = inverse_pivot_1 * scaled_2_1
+    solved_2_4 = -lower_2_1 / (third_L_squared_times_m_p - lower_2_1 * scaled_2_1)
+
+    values[0] = inverse_pivot_1 - solved_2_4 * lower_2_1
+    values[1] = solved_2_4
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     theta = state[1]
     m_c = constants[0]
     m_p = constants[1]
-    L_times_m_p = constants[7]
+    half_L_times_m_p = constants[8]
     third_L_squared_times_m_p = constants[9]
 
-    tmp_1 = L_times_m_p * math.cos(theta)
-
-    matrix[0, 0] = m_c + m_p
-    matrix[0, 1] = 0.5 * tmp_1
-    matrix[1, 0] = 0.5 * tmp_1
-    matrix[1, 1] = third_L_squared_times_m_p
+    values[0] = m_c + m_p
+    values[1] = half_L_times_m_p * math.cos(theta)
+    values[2] = third_L_squared_times_m_p
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

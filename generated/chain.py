@@ -6,10 +6,11 @@ from numba import njit
 
 NAME = "chain"
 TITLE = "Chain of 10 masses shaken at one end"
+CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("q_1", "m", "displacement of mass 1"),
     ("q_2", "m", "displacement of mass 2"),
@@ -32,8 +33,9 @@ STATE = (
     ("qdot_9", "m/s", "rate of change of: displacement of mass 9"),
     ("qdot_10", "m/s", "rate of change of: displacement of mass 10"),
 )
+COORDINATES = 10
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = (
     ("w", "", "m", "displacement of the base"),
     ("wdot", "w", "m/s", "rate of change of: displacement of the base"),
@@ -59,6 +61,32 @@ CONSTANT = (
     "c",
     "inverse_m",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = (
+    (10,),
+    (11,),
+    (12,),
+    (13,),
+    (14,),
+    (15,),
+    (16,),
+    (17,),
+    (18,),
+    (19,),
+    (0, 1, 10, 11),
+    (0, 1, 2, 10, 11, 12),
+    (1, 2, 3, 11, 12, 13),
+    (2, 3, 4, 12, 13, 14),
+    (3, 4, 5, 13, 14, 15),
+    (4, 5, 6, 14, 15, 16),
+    (5, 6, 7, 15, 16, 17),
+    (6, 7, 8, 16, 17, 18),
+    (7, 8, 9, 17, 18, 19),
+    (8, 9, 18, 19),
+)
+INPUT_JACOBIAN = ((), (), (), (), (), (), (), (), (), (), (0, 1), (), (), (), (), (), (), (), (), ())
+MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,), (7,), (8,), (9,))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -148,10 +176,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     k = constants[1]
     c = constants[2]
     inverse_m = constants[3]
@@ -159,91 +185,100 @@ def jacobian(t, state, inputs, constants, matrix):
     tmp_1 = inverse_m * k
     tmp_2 = inverse_m * c
 
-    matrix[0, 10] = 1.0
-    matrix[1, 11] = 1.0
-    matrix[2, 12] = 1.0
-    matrix[3, 13] = 1.0
-    matrix[4, 14] = 1.0
-    matrix[5, 15] = 1.0
-    matrix[6, 16] = 1.0
-    matrix[7, 17] = 1.0
-    matrix[8, 18] = 1.0
-    matrix[9, 19] = 1.0
-    matrix[10, 0] = -2.0 * tmp_1
-    matrix[10, 1] = tmp_1
-    matrix[10, 10] = -2.0 * tmp_2
-    matrix[10, 11] = tmp_2
-    matrix[11, 0] = tmp_1
-    matrix[11, 1] = -2.0 * tmp_1
-    matrix[11, 2] = tmp_1
-    matrix[11, 10] = tmp_2
-    matrix[11, 11] = -2.0 * tmp_2
-    matrix[11, 12] = tmp_2
-    matrix[12, 1] = tmp_1
-    matrix[12, 2] = -2.0 * tmp_1
-    matrix[12, 3] = tmp_1
-    matrix[12, 11] = tmp_2
-    matrix[12, 12] = -2.0 * tmp_2
-    matrix[12, 13] = tmp_2
-    matrix[13, 2] = tmp_1
-    matrix[13, 3] = -2.0 * tmp_1
-    matrix[13, 4] = tmp_1
-    matrix[13, 12] = tmp_2
-    matrix[13, 13] = -2.0 * tmp_2
-    matrix[13, 14] = tmp_2
-    matrix[14, 3] = tmp_1
-    matrix[14, 4] = -2.0 * tmp_1
-    matrix[14, 5] = tmp_1
-    matrix[14, 13] = tmp_2
-    matrix[14, 14] = -2.0 * tmp_2
-    matrix[14, 15] = tmp_2
-    matrix[15, 4] = tmp_1
-    matrix[15, 5] = -2.0 * tmp_1
-    matrix[15, 6] = tmp_1
-    matrix[15, 14] = tmp_2
-    matrix[15, 15] = -2.0 * tmp_2
-    matrix[15, 16] = tmp_2
-    matrix[16, 5] = tmp_1
-    matrix[16, 6] = -2.0 * tmp_1
-    matrix[16, 7] = tmp_1
-    matrix[16, 15] = tmp_2
-    matrix[16, 16] = -2.0 * tmp_2
-    matrix[16, 17] = tmp_2
-    matrix[17, 6] = tmp_1
-    matrix[17, 7] = -2.0 * tmp_1
-    matrix[17, 8] = tmp_1
-    matrix[17, 16] = tmp_2
-    matrix[17, 17] = -2.0 * tmp_2
-    matrix[17, 18] = tmp_2
-    matrix[18, 7] = tmp_1
-    matrix[18, 8] = -2.0 * tmp_1
-    matrix[18, 9] = tmp_1
-    matrix[18, 17] = tmp_2
-    matrix[18, 18] = -2.0 * tmp_2
-    matrix[18, 19] = tmp_2
-    matrix[19, 8] = tmp_1
-    matrix[19, 9] = -tmp_1
-    matrix[19, 18] = tmp_2
-    matrix[19, 19] = -tmp_2
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = 1.0
+    values[3] = 1.0
+    values[4] = 1.0
+    values[5] = 1.0
+    values[6] = 1.0
+    values[7] = 1.0
+    values[8] = 1.0
+    values[9] = 1.0
+    values[10] = -2.0 * tmp_1
+    values[11] = tmp_1
+    values[12] = -2.0 * tmp_2
+    values[13] = tmp_2
+    values[14] = tmp_1
+    values[15] = -2.0 * tmp_1
+    values[16] = tmp_1
+    values[17] = tmp_2
+    values[18] = -2.0 * tmp_2
+    values[19] = tmp_2
+    values[20] = tmp_1
+    values[21] = -2.0 * tmp_1
+    values[22] = tmp_1
+    values[23] = tmp_2
+    values[24] = -2.0 * tmp_2
+    values[25] = tmp_2
+    values[26] = tmp_1
+    values[27] = -2.0 * tmp_1
+    values[28] = tmp_1
+    values[29] = tmp_2
+    values[30] = -2.0 * tmp_2
+    values[31] = tmp_2
+    values[32] = tmp_1
+    values[33] = -2.0 * tmp_1
+    values[34] = tmp_1
+    values[35] = tmp_2
+    values[36] = -2.0 * tmp_2
+    values[37] = tmp_2
+    values[38] = tmp_1
+    values[39] = -2.0 * tmp_1
+    values[40] = tmp_1
+    values[41] = tmp_2
+    values[42] = -2.0 * tmp_2
+    values[43] = tmp_2
+    values[44] = tmp_1
+    values[45] = -2.0 * tmp_1
+    values[46] = tmp_1
+    values[47] = tmp_2
+    values[48] = -2.0 * tmp_2
+    values[49] = tmp_2
+    values[50] = tmp_1
+    values[51] = -2.0 * tmp_1
+    values[52] = tmp_1
+    values[53] = tmp_2
+    values[54] = -2.0 * tmp_2
+    values[55] = tmp_2
+    values[56] = tmp_1
+    values[57] = -2.0 * tmp_1
+    values[58] = tmp_1
+    values[59] = tmp_2
+    values[60] = -2.0 * tmp_2
+    values[61] = tmp_2
+    values[62] = tmp_1
+    values[63] = -tmp_1
+    values[64] = tmp_2
+    values[65] = -tmp_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    k = constants[1]
+    c = constants[2]
+    inverse_m = constants[3]
 
+    values[0] = inverse_m * k
+    values[1] = inverse_m * c
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     m = constants[0]
 
-    matrix[0, 0] = m
-    matrix[1, 1] = m
-    matrix[2, 2] = m
-    matrix[3, 3] = m
-    matrix[4, 4] = m
-    matrix[5, 5] = m
-    matrix[6, 6] = m
-    matrix[7, 7] = m
-    matrix[8, 8] = m
-    matrix[9, 9] = m
+    values[0] = m
+    values[1] = m
+    values[2] = m
+    values[3] = m
+    values[4] = m
+    values[5] = m
+    values[6] = m
+    values[7] = m
+    values[8] = m
+    values[9] = m
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -353,18 +388,3 @@ def outputs(t, state, inputs, constants, values):
     c = constants[2]
 
     values[0] = k * (w - q_1) + c * (wdot - qdot_1)
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def linear(constants, state_matrix, input_matrix):
-    """A and B of rhs = A state + B [inputs, 1]."""
-    input_matrix[:, :] = 0.0
-
-    jacobian(0.0, constants, constants, constants, state_matrix)
-
-    k = constants[1]
-    c = constants[2]
-    inverse_m = constants[3]
-
-    input_matrix[10, 0] = inverse_m * k
-    input_matrix[10, 1] = inverse_m * c

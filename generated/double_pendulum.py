@@ -8,18 +8,20 @@ from numba import njit
 
 NAME = "double_pendulum"
 TITLE = "Double pendulum, 2 degrees of freedom"
+CONVENTION = 2
 MASS_MATRIX = "configuration-dependent"
 LINEAR = False
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("theta_1", "rad", "angle of the upper rod"),
     ("theta_2", "rad", "angle of the lower rod"),
     ("thetadot_1", "rad/s", "rate of change of: angle of the upper rod"),
     ("thetadot_2", "rad/s", "rate of change of: angle of the lower rod"),
 )
+COORDINATES = 2
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = ()
 RHS_INPUTS = 0
 
@@ -58,6 +60,11 @@ CONSTANT = (
     "g_times_m_1_plus_m_2",
     "l_2_squared_times_m_2",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = ((2,), (3,), (0, 1, 2, 3), (0, 1, 2, 3))
+INPUT_JACOBIAN = ((), (), (), ())
+MASS = ((0,), (0, 1))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -134,10 +141,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     theta_1 = state[0]
     theta_2 = state[1]
     thetadot_1 = state[2]
@@ -183,23 +188,27 @@ def jacobian(t, state, inputs, constants, matrix):
     reduced_1_5 = 2.0 * tmp_5 * thetadot_2 + c_2
     solved_2_4 = -inverse_pivot_2 * (reduced_1_5 * lower_2_1 + c_2)
 
-    matrix[0, 2] = 1.0
-    matrix[1, 3] = 1.0
-    matrix[2, 0] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
-    matrix[2, 1] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1
-    matrix[2, 2] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
-    matrix[2, 3] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1
-    matrix[3, 0] = solved_2
-    matrix[3, 1] = solved_2_2
-    matrix[3, 2] = solved_2_3
-    matrix[3, 3] = solved_2_4
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
+    values[3] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1
+    values[4] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
+    values[5] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1
+    values[6] = solved_2
+    values[7] = solved_2_2
+    values[8] = solved_2_3
+    values[9] = solved_2_4
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    pass
 
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     theta_1 = state[0]
     theta_2 = state[1]
     l_1 = constants[2]
@@ -207,12 +216,9 @@ def mass(t, state, inputs, constants, matrix):
     l_1_times_l_2_times_m_2 = constants[10]
     l_2_squared_times_m_2 = constants[12]
 
-    tmp_1 = l_1_times_l_2_times_m_2 * math.cos(theta_2 - theta_1)
-
-    matrix[0, 0] = m_1_plus_m_2 * l_1 * l_1
-    matrix[0, 1] = tmp_1
-    matrix[1, 0] = tmp_1
-    matrix[1, 1] = l_2_squared_times_m_2
+    values[0] = m_1_plus_m_2 * l_1 * l_1
+    values[1] = l_1_times_l_2_times_m_2 * math.cos(theta_2 - theta_1)
+    values[2] = l_2_squared_times_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

@@ -6,10 +6,11 @@ from numba import njit
 
 NAME = "half_car"
 TITLE = "Half car on a road, 4 degrees of freedom"
+CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("z_b", "m", "heave of the body"),
     ("theta", "rad", "pitch of the body"),
@@ -20,8 +21,9 @@ STATE = (
     ("zdot_f", "m/s", "rate of change of: displacement of the front wheel"),
     ("zdot_r", "m/s", "rate of change of: displacement of the rear wheel"),
 )
+COORDINATES = 4
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = (
     ("w_f", "", "m", "road height under the front wheel"),
     ("w_r", "", "m", "road height under the rear wheel"),
@@ -83,6 +85,20 @@ CONSTANT = (
     "inverse_m_f",
     "inverse_m_r",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = (
+    (4,),
+    (5,),
+    (6,),
+    (7,),
+    (0, 1, 2, 3, 4, 5, 6, 7),
+    (0, 1, 2, 3, 4, 5, 6, 7),
+    (0, 1, 2, 4, 5, 6),
+    (0, 1, 3, 4, 5, 7),
+)
+INPUT_JACOBIAN = ((), (), (), (), (), (), (0,), (1,))
+MASS = ((0,), (1,), (2,), (3,))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -168,10 +184,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     k_f = constants[4]
     k_r = constants[5]
     c_f = constants[6]
@@ -196,54 +210,64 @@ def jacobian(t, state, inputs, constants, matrix):
     tmp_7 = inverse_m_f * c_f
     tmp_8 = inverse_m_r * c_r
 
-    matrix[0, 4] = 1.0
-    matrix[1, 5] = 1.0
-    matrix[2, 6] = 1.0
-    matrix[3, 7] = 1.0
-    matrix[4, 0] = -inverse_m_b * (k_f + k_r)
-    matrix[4, 1] = inverse_m_b * tmp_3
-    matrix[4, 2] = inverse_m_b * k_f
-    matrix[4, 3] = inverse_m_b * k_r
-    matrix[4, 4] = -inverse_m_b * (c_f + c_r)
-    matrix[4, 5] = inverse_m_b * tmp_6
-    matrix[4, 6] = inverse_m_b * c_f
-    matrix[4, 7] = inverse_m_b * c_r
-    matrix[5, 0] = inverse_I_b * tmp_3
-    matrix[5, 1] = -inverse_I_b * (k_f * a_f_squared + k_r * a_r_squared)
-    matrix[5, 2] = inverse_I_b * tmp_1
-    matrix[5, 3] = -inverse_I_b * tmp_2
-    matrix[5, 4] = inverse_I_b * tmp_6
-    matrix[5, 5] = -inverse_I_b * (c_f * a_f_squared + c_r * a_r_squared)
-    matrix[5, 6] = inverse_I_b * tmp_4
-    matrix[5, 7] = -inverse_I_b * tmp_5
-    matrix[6, 0] = inverse_m_f * k_f
-    matrix[6, 1] = inverse_m_f * tmp_1
-    matrix[6, 2] = -inverse_m_f * (k_f + k_tf)
-    matrix[6, 4] = tmp_7
-    matrix[6, 5] = inverse_m_f * tmp_4
-    matrix[6, 6] = -tmp_7
-    matrix[7, 0] = inverse_m_r * k_r
-    matrix[7, 1] = -inverse_m_r * tmp_2
-    matrix[7, 3] = -inverse_m_r * (k_r + k_tr)
-    matrix[7, 4] = tmp_8
-    matrix[7, 5] = -inverse_m_r * tmp_5
-    matrix[7, 7] = -tmp_8
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = 1.0
+    values[3] = 1.0
+    values[4] = -inverse_m_b * (k_f + k_r)
+    values[5] = inverse_m_b * tmp_3
+    values[6] = inverse_m_b * k_f
+    values[7] = inverse_m_b * k_r
+    values[8] = -inverse_m_b * (c_f + c_r)
+    values[9] = inverse_m_b * tmp_6
+    values[10] = inverse_m_b * c_f
+    values[11] = inverse_m_b * c_r
+    values[12] = inverse_I_b * tmp_3
+    values[13] = -inverse_I_b * (k_f * a_f_squared + k_r * a_r_squared)
+    values[14] = inverse_I_b * tmp_1
+    values[15] = -inverse_I_b * tmp_2
+    values[16] = inverse_I_b * tmp_6
+    values[17] = -inverse_I_b * (c_f * a_f_squared + c_r * a_r_squared)
+    values[18] = inverse_I_b * tmp_4
+    values[19] = -inverse_I_b * tmp_5
+    values[20] = inverse_m_f * k_f
+    values[21] = inverse_m_f * tmp_1
+    values[22] = -inverse_m_f * (k_f + k_tf)
+    values[23] = tmp_7
+    values[24] = inverse_m_f * tmp_4
+    values[25] = -tmp_7
+    values[26] = inverse_m_r * k_r
+    values[27] = -inverse_m_r * tmp_2
+    values[28] = -inverse_m_r * (k_r + k_tr)
+    values[29] = tmp_8
+    values[30] = -inverse_m_r * tmp_5
+    values[31] = -tmp_8
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    k_tf = constants[8]
+    k_tr = constants[9]
+    inverse_m_f = constants[14]
+    inverse_m_r = constants[15]
 
+    values[0] = inverse_m_f * k_tf
+    values[1] = inverse_m_r * k_tr
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     m_b = constants[0]
     I_b = constants[1]
     m_f = constants[2]
     m_r = constants[3]
 
-    matrix[0, 0] = m_b
-    matrix[1, 1] = I_b
-    matrix[2, 2] = m_f
-    matrix[3, 3] = m_r
+    values[0] = m_b
+    values[1] = I_b
+    values[2] = m_f
+    values[3] = m_r
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -338,19 +362,3 @@ def positions(parameters, values):
 
     values[0] = a_f
     values[1] = -a_r
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def linear(constants, state_matrix, input_matrix):
-    """A and B of rhs = A state + B [inputs, 1]."""
-    input_matrix[:, :] = 0.0
-
-    jacobian(0.0, constants, constants, constants, state_matrix)
-
-    k_tf = constants[8]
-    k_tr = constants[9]
-    inverse_m_f = constants[14]
-    inverse_m_r = constants[15]
-
-    input_matrix[6, 0] = inverse_m_f * k_tf
-    input_matrix[7, 1] = inverse_m_r * k_tr

@@ -6,10 +6,11 @@ from numba import njit
 
 NAME = "m113"
 TITLE = "M113 carrier on rough ground under gun recoil, 7 degrees of freedom"
+CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("q_1", "m", "vertical displacement of axle 1"),
     ("q_2", "m", "vertical displacement of axle 2"),
@@ -26,8 +27,9 @@ STATE = (
     ("qdot_6", "m/s", "rate of change of: heave of the hull"),
     ("qdot_7", "rad/s", "rate of change of: pitch of the hull"),
 )
+COORDINATES = 7
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = (
     ("z_1", "", "m", "road height under axle 1"),
     ("z_2", "", "m", "road height under axle 2"),
@@ -209,6 +211,26 @@ CONSTANT = (
     "l_10_minus_l_9",
     "inverse_I_6",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = (
+    (7,),
+    (8,),
+    (9,),
+    (10,),
+    (11,),
+    (12,),
+    (13,),
+    (0, 5, 6, 7, 12, 13),
+    (1, 5, 6),
+    (2, 5, 6),
+    (3, 5, 6),
+    (4, 5, 6, 11, 12, 13),
+    (0, 1, 2, 3, 4, 5, 6, 7, 11, 12, 13),
+    (0, 1, 2, 3, 4, 5, 6, 7, 11, 12, 13),
+)
+INPUT_JACOBIAN = ((), (), (), (), (), (), (), (0,), (1,), (2,), (3,), (4,), (), (5,))
+MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -399,10 +421,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     k_1 = constants[7]
     k_2 = constants[8]
     k_3 = constants[9]
@@ -447,65 +467,87 @@ def jacobian(t, state, inputs, constants, matrix):
     a_1_squared = a_1 * a_1
     a_5_squared = a_5 * a_5
 
-    matrix[0, 7] = 1.0
-    matrix[1, 8] = 1.0
-    matrix[2, 9] = 1.0
-    matrix[3, 10] = 1.0
-    matrix[4, 11] = 1.0
-    matrix[5, 12] = 1.0
-    matrix[6, 13] = 1.0
-    matrix[7, 0] = -inverse_m_1 * (k_1 + k_6)
-    matrix[7, 5] = tmp_1
-    matrix[7, 6] = a_1 * tmp_1
-    matrix[7, 7] = -tmp_2
-    matrix[7, 12] = tmp_2
-    matrix[7, 13] = a_1 * tmp_2
-    matrix[8, 1] = -inverse_m_2 * (k_2 + k_7)
-    matrix[8, 5] = tmp_3
-    matrix[8, 6] = a_2 * tmp_3
-    matrix[9, 2] = -inverse_m_3 * (k_3 + k_8)
-    matrix[9, 5] = tmp_4
-    matrix[9, 6] = a_3 * tmp_4
-    matrix[10, 3] = -inverse_m_4 * (k_4 + k_9)
-    matrix[10, 5] = tmp_5
-    matrix[10, 6] = a_4 * tmp_5
-    matrix[11, 4] = -inverse_m_5 * (k_5 + k_10)
-    matrix[11, 5] = tmp_6
-    matrix[11, 6] = a_5 * tmp_6
-    matrix[11, 11] = -tmp_7
-    matrix[11, 12] = tmp_7
-    matrix[11, 13] = a_5 * tmp_7
-    matrix[12, 0] = inverse_m_6 * k_6
-    matrix[12, 1] = inverse_m_6 * k_7
-    matrix[12, 2] = inverse_m_6 * k_8
-    matrix[12, 3] = inverse_m_6 * k_9
-    matrix[12, 4] = inverse_m_6 * k_10
-    matrix[12, 5] = -inverse_m_6 * (k_6 + k_7 + k_8 + k_9 + k_10)
-    matrix[12, 6] = -inverse_m_6 * tmp_13
-    matrix[12, 7] = inverse_m_6 * c_6
-    matrix[12, 11] = inverse_m_6 * c_10
-    matrix[12, 12] = -inverse_m_6 * (c_6 + c_10)
-    matrix[12, 13] = -inverse_m_6 * tmp_16
-    matrix[13, 0] = inverse_I_6 * tmp_8
-    matrix[13, 1] = inverse_I_6 * tmp_9
-    matrix[13, 2] = inverse_I_6 * tmp_11
-    matrix[13, 3] = inverse_I_6 * tmp_12
-    matrix[13, 4] = inverse_I_6 * tmp_10
-    matrix[13, 5] = -inverse_I_6 * tmp_13
-    matrix[13, 6] = -inverse_I_6 * (
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = 1.0
+    values[3] = 1.0
+    values[4] = 1.0
+    values[5] = 1.0
+    values[6] = 1.0
+    values[7] = -inverse_m_1 * (k_1 + k_6)
+    values[8] = tmp_1
+    values[9] = a_1 * tmp_1
+    values[10] = -tmp_2
+    values[11] = tmp_2
+    values[12] = a_1 * tmp_2
+    values[13] = -inverse_m_2 * (k_2 + k_7)
+    values[14] = tmp_3
+    values[15] = a_2 * tmp_3
+    values[16] = -inverse_m_3 * (k_3 + k_8)
+    values[17] = tmp_4
+    values[18] = a_3 * tmp_4
+    values[19] = -inverse_m_4 * (k_4 + k_9)
+    values[20] = tmp_5
+    values[21] = a_4 * tmp_5
+    values[22] = -inverse_m_5 * (k_5 + k_10)
+    values[23] = tmp_6
+    values[24] = a_5 * tmp_6
+    values[25] = -tmp_7
+    values[26] = tmp_7
+    values[27] = a_5 * tmp_7
+    values[28] = inverse_m_6 * k_6
+    values[29] = inverse_m_6 * k_7
+    values[30] = inverse_m_6 * k_8
+    values[31] = inverse_m_6 * k_9
+    values[32] = inverse_m_6 * k_10
+    values[33] = -inverse_m_6 * (k_6 + k_7 + k_8 + k_9 + k_10)
+    values[34] = -inverse_m_6 * tmp_13
+    values[35] = inverse_m_6 * c_6
+    values[36] = inverse_m_6 * c_10
+    values[37] = -inverse_m_6 * (c_6 + c_10)
+    values[38] = -inverse_m_6 * tmp_16
+    values[39] = inverse_I_6 * tmp_8
+    values[40] = inverse_I_6 * tmp_9
+    values[41] = inverse_I_6 * tmp_11
+    values[42] = inverse_I_6 * tmp_12
+    values[43] = inverse_I_6 * tmp_10
+    values[44] = -inverse_I_6 * tmp_13
+    values[45] = -inverse_I_6 * (
         k_6 * a_1_squared + k_10 * a_5_squared + a_2 * a_2 * k_7 + a_3 * a_3 * k_8 + a_4 * a_4 * k_9
     )
-    matrix[13, 7] = inverse_I_6 * tmp_14
-    matrix[13, 11] = inverse_I_6 * tmp_15
-    matrix[13, 12] = -inverse_I_6 * tmp_16
-    matrix[13, 13] = -inverse_I_6 * (c_6 * a_1_squared + c_10 * a_5_squared)
+    values[46] = inverse_I_6 * tmp_14
+    values[47] = inverse_I_6 * tmp_15
+    values[48] = -inverse_I_6 * tmp_16
+    values[49] = -inverse_I_6 * (c_6 * a_1_squared + c_10 * a_5_squared)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    k_1 = constants[7]
+    k_2 = constants[8]
+    k_3 = constants[9]
+    k_4 = constants[10]
+    k_5 = constants[11]
+    inverse_m_1 = constants[27]
+    inverse_m_2 = constants[29]
+    inverse_m_3 = constants[31]
+    inverse_m_4 = constants[33]
+    inverse_m_5 = constants[35]
+    l_10_minus_l_9 = constants[38]
+    inverse_I_6 = constants[39]
 
+    values[0] = inverse_m_1 * k_1
+    values[1] = inverse_m_2 * k_2
+    values[2] = inverse_m_3 * k_3
+    values[3] = inverse_m_4 * k_4
+    values[4] = inverse_m_5 * k_5
+    values[5] = -inverse_I_6 * l_10_minus_l_9
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     m_1 = constants[0]
     m_2 = constants[1]
     m_3 = constants[2]
@@ -514,13 +556,13 @@ def mass(t, state, inputs, constants, matrix):
     m_6 = constants[5]
     I_6 = constants[6]
 
-    matrix[0, 0] = m_1
-    matrix[1, 1] = m_2
-    matrix[2, 2] = m_3
-    matrix[3, 3] = m_4
-    matrix[4, 4] = m_5
-    matrix[5, 5] = m_6
-    matrix[6, 6] = I_6
+    values[0] = m_1
+    values[1] = m_2
+    values[2] = m_3
+    values[3] = m_4
+    values[4] = m_5
+    values[5] = m_6
+    values[6] = I_6
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -723,38 +765,3 @@ def positions(parameters, values):
     values[2] = -a_3
     values[3] = -a_4
     values[4] = -a_5
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def linear(constants, state_matrix, input_matrix):
-    """A and B of rhs = A state + B [inputs, 1]."""
-    input_matrix[:, :] = 0.0
-
-    jacobian(0.0, constants, constants, constants, state_matrix)
-
-    k_1 = constants[7]
-    k_2 = constants[8]
-    k_3 = constants[9]
-    k_4 = constants[10]
-    k_5 = constants[11]
-    g = constants[20]
-    inverse_m_1 = constants[27]
-    inverse_m_2 = constants[29]
-    inverse_m_3 = constants[31]
-    inverse_m_4 = constants[33]
-    inverse_m_5 = constants[35]
-    l_10_minus_l_9 = constants[38]
-    inverse_I_6 = constants[39]
-
-    input_matrix[7, 0] = inverse_m_1 * k_1
-    input_matrix[7, 11] = -g
-    input_matrix[8, 1] = inverse_m_2 * k_2
-    input_matrix[8, 11] = -g
-    input_matrix[9, 2] = inverse_m_3 * k_3
-    input_matrix[9, 11] = -g
-    input_matrix[10, 3] = inverse_m_4 * k_4
-    input_matrix[10, 11] = -g
-    input_matrix[11, 4] = inverse_m_5 * k_5
-    input_matrix[11, 11] = -g
-    input_matrix[12, 11] = -g
-    input_matrix[13, 5] = -inverse_I_6 * l_10_minus_l_9

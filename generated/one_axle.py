@@ -6,16 +6,18 @@ from numba import njit
 
 NAME = "one_axle"
 TITLE = "Second axle of the M113 under a fixed hull"
+CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("q_2", "m", "vertical displacement of axle 2"),
     ("qdot_2", "m/s", "rate of change of: vertical displacement of axle 2"),
 )
+COORDINATES = 1
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = ()
 RHS_INPUTS = 0
 
@@ -38,11 +40,15 @@ PARAMETER_SETS = {
 
 CONSTANT = (
     "m_2",
-    "g",
     "k_2_plus_k_7",
     "g_times_m_2",
     "inverse_m_2",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = ((1,), (0,))
+INPUT_JACOBIAN = ((), ())
+MASS = ((0,),)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -58,10 +64,9 @@ def constants(parameters, constants):
     inverse_m_2 = 1.0 / m_2
 
     constants[0] = m_2
-    constants[1] = g
-    constants[2] = k_2_plus_k_7
-    constants[3] = g_times_m_2
-    constants[4] = inverse_m_2
+    constants[1] = k_2_plus_k_7
+    constants[2] = g_times_m_2
+    constants[3] = inverse_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -69,34 +74,36 @@ def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     q_2 = state[0]
     qdot_2 = state[1]
-    k_2_plus_k_7 = constants[2]
-    g_times_m_2 = constants[3]
-    inverse_m_2 = constants[4]
+    k_2_plus_k_7 = constants[1]
+    g_times_m_2 = constants[2]
+    inverse_m_2 = constants[3]
 
     derivative[0] = qdot_2
     derivative[1] = -inverse_m_2 * (k_2_plus_k_7 * q_2 + g_times_m_2)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
+    k_2_plus_k_7 = constants[1]
+    inverse_m_2 = constants[3]
 
-    k_2_plus_k_7 = constants[2]
-    inverse_m_2 = constants[4]
-
-    matrix[0, 1] = 1.0
-    matrix[1, 0] = -inverse_m_2 * k_2_plus_k_7
+    values[0] = 1.0
+    values[1] = -inverse_m_2 * k_2_plus_k_7
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    pass
 
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     m_2 = constants[0]
 
-    matrix[0, 0] = m_2
+    values[0] = m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -105,8 +112,8 @@ def energy(t, state, inputs, constants, values):
     q_2 = state[0]
     qdot_2 = state[1]
     m_2 = constants[0]
-    k_2_plus_k_7 = constants[2]
-    g_times_m_2 = constants[3]
+    k_2_plus_k_7 = constants[1]
+    g_times_m_2 = constants[2]
 
     values[0] = 0.5 * m_2 * qdot_2 * qdot_2
     values[1] = 0.5 * k_2_plus_k_7 * q_2 * q_2
@@ -118,18 +125,6 @@ def energy(t, state, inputs, constants, values):
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     q_2 = state[0]
-    k_2_plus_k_7 = constants[2]
+    k_2_plus_k_7 = constants[1]
 
     values[0] = k_2_plus_k_7 * q_2
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def linear(constants, state_matrix, input_matrix):
-    """A and B of rhs = A state + B [inputs, 1]."""
-    input_matrix[:, :] = 0.0
-
-    jacobian(0.0, constants, constants, constants, state_matrix)
-
-    g = constants[1]
-
-    input_matrix[1, 0] = -g

@@ -8,10 +8,11 @@ from numba import njit
 
 NAME = "pendulum"
 TITLE = "Pendulum of 3 links"
+CONVENTION = 2
 MASS_MATRIX = "configuration-dependent"
 LINEAR = False
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("theta_1", "rad", "angle of link 1"),
     ("theta_2", "rad", "angle of link 2"),
@@ -20,8 +21,9 @@ STATE = (
     ("thetadot_2", "rad/s", "rate of change of: angle of link 2"),
     ("thetadot_3", "rad/s", "rate of change of: angle of link 3"),
 )
+COORDINATES = 3
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = ()
 RHS_INPUTS = 0
 
@@ -54,6 +56,11 @@ CONSTANT = (
     "three_times_g_times_L",
     "twice_g_times_L",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = ((3,), (4,), (5,), (0, 1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5))
+INPUT_JACOBIAN = ((), (), (), (), (), ())
+MASS = ((0,), (0, 1), (0, 1, 2))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -154,10 +161,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     theta_1 = state[0]
     theta_2 = state[1]
     theta_3 = state[2]
@@ -272,34 +277,38 @@ def jacobian(t, state, inputs, constants, matrix):
     solved_3_6 = -inverse_pivot_3 * (reduced_1_7 * lower_3_1 + reduced_2_7 * lower_3_2 + c)
     solved_2_6 = reduced_2_7 * inverse_pivot_2 - solved_3_6 * lower_3_2
 
-    matrix[0, 3] = 1.0
-    matrix[1, 4] = 1.0
-    matrix[2, 5] = 1.0
-    matrix[3, 0] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1 - solved_3 * lower_3_1
-    matrix[3, 1] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1 - solved_3_2 * lower_3_1
-    matrix[3, 2] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1 - solved_3_3 * lower_3_1
-    matrix[3, 3] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1 - solved_3_4 * lower_3_1
-    matrix[3, 4] = inverse_pivot_1 * reduced_1_6 - solved_2_5 * lower_2_1 - solved_3_5 * lower_3_1
-    matrix[3, 5] = inverse_pivot_1 * reduced_1_7 - solved_2_6 * lower_2_1 - solved_3_6 * lower_3_1
-    matrix[4, 0] = solved_2
-    matrix[4, 1] = solved_2_2
-    matrix[4, 2] = solved_2_3
-    matrix[4, 3] = solved_2_4
-    matrix[4, 4] = solved_2_5
-    matrix[4, 5] = solved_2_6
-    matrix[5, 0] = solved_3
-    matrix[5, 1] = solved_3_2
-    matrix[5, 2] = solved_3_3
-    matrix[5, 3] = solved_3_4
-    matrix[5, 4] = solved_3_5
-    matrix[5, 5] = solved_3_6
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = 1.0
+    values[3] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1 - solved_3 * lower_3_1
+    values[4] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1 - solved_3_2 * lower_3_1
+    values[5] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1 - solved_3_3 * lower_3_1
+    values[6] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1 - solved_3_4 * lower_3_1
+    values[7] = inverse_pivot_1 * reduced_1_6 - solved_2_5 * lower_2_1 - solved_3_5 * lower_3_1
+    values[8] = inverse_pivot_1 * reduced_1_7 - solved_2_6 * lower_2_1 - solved_3_6 * lower_3_1
+    values[9] = solved_2
+    values[10] = solved_2_2
+    values[11] = solved_2_3
+    values[12] = solved_2_4
+    values[13] = solved_2_5
+    values[14] = solved_2_6
+    values[15] = solved_3
+    values[16] = solved_3_2
+    values[17] = solved_3_3
+    values[18] = solved_3_4
+    values[19] = solved_3_5
+    values[20] = solved_3_6
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    pass
 
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     theta_1 = state[0]
     theta_2 = state[1]
     theta_3 = state[2]
@@ -310,21 +319,15 @@ def mass(t, state, inputs, constants, matrix):
     sin_theta_1 = math.sin(theta_1)
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
-    tmp_1 = L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     sin_theta_3 = math.sin(theta_3)
     cos_theta_3 = math.cos(theta_3)
-    tmp_2 = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)
-    tmp_3 = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2)
 
-    matrix[0, 0] = 3.0 * L_squared_times_m
-    matrix[0, 1] = 2.0 * tmp_1
-    matrix[0, 2] = tmp_2
-    matrix[1, 0] = 2.0 * tmp_1
-    matrix[1, 1] = twice_L_squared_times_m
-    matrix[1, 2] = tmp_3
-    matrix[2, 0] = tmp_2
-    matrix[2, 1] = tmp_3
-    matrix[2, 2] = L_squared_times_m
+    values[0] = 3.0 * L_squared_times_m
+    values[1] = twice_L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
+    values[2] = twice_L_squared_times_m
+    values[3] = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)
+    values[4] = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2)
+    values[5] = L_squared_times_m
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

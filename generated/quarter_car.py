@@ -6,18 +6,20 @@ from numba import njit
 
 NAME = "quarter_car"
 TITLE = "Quarter car on a road, 2 degrees of freedom"
+CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning
+# name, unit, meaning: the COORDINATES, their rates, what else is a state
 STATE = (
     ("z_s", "m", "displacement of the sprung mass"),
     ("z_u", "m", "displacement of the unsprung mass"),
     ("zdot_s", "m/s", "rate of change of: displacement of the sprung mass"),
     ("zdot_u", "m/s", "rate of change of: displacement of the unsprung mass"),
 )
+COORDINATES = 2
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and jacobian
+# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = (
     ("z_r", "", "m", "road height"),
     ("zdot_r", "z_r", "m/s", "rate of change of: road height"),
@@ -55,6 +57,11 @@ CONSTANT = (
     "inverse_m_s",
     "inverse_m_u",
 )
+
+# where the values of a matrix stand: the columns of each row
+JACOBIAN = ((2,), (3,), (0, 1, 2, 3), (0, 1, 2, 3))
+INPUT_JACOBIAN = ((), (), (), (0,))
+MASS = ((0,), (1,))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -103,10 +110,8 @@ def rhs(t, state, inputs, constants, derivative):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, state, inputs, constants, matrix):
-    """Derivative of rhs by the state."""
-    matrix[:, :] = 0.0
-
+def jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the state, at the places in JACOBIAN."""
     k_s = constants[2]
     k_t = constants[3]
     c_s = constants[4]
@@ -117,28 +122,35 @@ def jacobian(t, state, inputs, constants, matrix):
     tmp_2 = inverse_m_s * c_s
     tmp_3 = inverse_m_u * c_s
 
-    matrix[0, 2] = 1.0
-    matrix[1, 3] = 1.0
-    matrix[2, 0] = -tmp_1
-    matrix[2, 1] = tmp_1
-    matrix[2, 2] = -tmp_2
-    matrix[2, 3] = tmp_2
-    matrix[3, 0] = inverse_m_u * k_s
-    matrix[3, 1] = -inverse_m_u * (k_s + k_t)
-    matrix[3, 2] = tmp_3
-    matrix[3, 3] = -tmp_3
+    values[0] = 1.0
+    values[1] = 1.0
+    values[2] = -tmp_1
+    values[3] = tmp_1
+    values[4] = -tmp_2
+    values[5] = tmp_2
+    values[6] = inverse_m_u * k_s
+    values[7] = -inverse_m_u * (k_s + k_t)
+    values[8] = tmp_3
+    values[9] = -tmp_3
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, state, inputs, constants, matrix):
-    """Mass matrix."""
-    matrix[:, :] = 0.0
+def input_jacobian(t, state, inputs, constants, values):
+    """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
+    k_t = constants[3]
+    inverse_m_u = constants[6]
 
+    values[0] = inverse_m_u * k_t
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, state, inputs, constants, values):
+    """Lower triangle of the mass matrix, at the places in MASS."""
     m_s = constants[0]
     m_u = constants[1]
 
-    matrix[0, 0] = m_s
-    matrix[1, 1] = m_u
+    values[0] = m_s
+    values[1] = m_u
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -191,16 +203,3 @@ def outputs(t, state, inputs, constants, values):
 def positions(parameters, values):
     """Positions of the inputs in POSITION, m ahead of the model's origin."""
     values[0] = 0.0
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def linear(constants, state_matrix, input_matrix):
-    """A and B of rhs = A state + B [inputs, 1]."""
-    input_matrix[:, :] = 0.0
-
-    jacobian(0.0, constants, constants, constants, state_matrix)
-
-    k_t = constants[3]
-    inverse_m_u = constants[6]
-
-    input_matrix[3, 0] = inverse_m_u * k_t

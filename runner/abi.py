@@ -1,16 +1,21 @@
 """The one calling convention between generated kernels and the drivers that call them.
 
-Symbols: x = [q, qdot] is the state, u the inputs (and the input rates a model needs), c the constants that
-`constants` made of the parameters p once per run. Every kernel writes all of its last argument and allocates nothing.
+Symbols: x = [q, qdot, z] is the state, coordinates, their rates and internal states; u the inputs (and the input rates
+a model needs), c the constants that `constants` made of the parameters p once per run. Every kernel writes all of its
+last argument and allocates nothing.
 
     constants(p, c)                 p (n_parameters,)  c (n_constants,)
-    rhs(t, x, u, c, dx)             dx (n_states,)            dx = [qdot, qddot]
-    jacobian(t, x, u, c, J)         J (n_states, n_states)    J[i, j] = d dx[i] / d x[j]
-    mass(t, x, u, c, M)             M (n_coordinates, n_coordinates)
+    rhs(t, x, u, c, dx)             dx (n_states,)            dx = [qdot, qddot, zdot]
+    jacobian(t, x, u, c, v)         v: entries of d dx / d x  (n_states, n_states)
+    input_jacobian(t, x, u, c, v)   v: entries of d dx / d u  (n_states, RHS_INPUTS)
+    mass(t, x, u, c, v)             v: entries of M           (COORDINATES, COORDINATES), lower triangle
     energy(t, x, u, c, E)           E (4,)  kinetic, potential, dissipated power, power put in
     outputs(t, x, u, c, y)          y (n_outputs,)
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
-    linear(c, A, B)                 A (n_states, n_states)  B (n_states, n_inputs + 1): dx = A x + B [u, 1]
+
+A matrix is written as a dense run of its entries, row by row; the module says once where they stand, in a table of the
+kernel's name: of each row the columns, JACOBIAN = ((1,), (0, 1)). Other entries are zero. `matrices` puts them there.
+A model is LINEAR where both Jacobians are constant during a run: dx = J x + B u + rhs(0, 0, 0, c).
 
 The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`machine.stage`); as
 LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
@@ -26,18 +31,23 @@ VECTOR = types.Array(types.float64, 1, "C")
 MATRIX = types.Array(types.float64, 2, "C")
 
 VECTOR_KERNEL = types.void(SCALAR, VECTOR, VECTOR, VECTOR, VECTOR)
+#: Of a Jacobian that somebody wrote by hand for `solve`: it fills J (n, n).
 MATRIX_KERNEL = types.void(SCALAR, VECTOR, VECTOR, VECTOR, MATRIX)
 
 SIGNATURES = {
     "constants": types.void(VECTOR, VECTOR),
     "rhs": VECTOR_KERNEL,
-    "jacobian": MATRIX_KERNEL,
-    "mass": MATRIX_KERNEL,
+    "jacobian": VECTOR_KERNEL,
+    "input_jacobian": VECTOR_KERNEL,
+    "mass": VECTOR_KERNEL,
     "energy": VECTOR_KERNEL,
     "outputs": VECTOR_KERNEL,
     "positions": types.void(VECTOR, VECTOR),
-    "linear": types.void(VECTOR, MATRIX, MATRIX),
 }
+#: Kernels that write the entries of a matrix.
+MATRICES = ("jacobian", "input_jacobian", "mass")
+#: The edition of this convention, which a module says that it follows.
+EDITION = 2
 
 #: Runs that a lane kernel advances: the doubles in a register of 512 bits. Rows of lanes stand on cache lines.
 LANES = 8

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from qddot.runner.checks import unknown
-from qddot.runner.equilibrium import EquilibriumError, equilibrium
+from qddot.runner.equilibrium import EquilibriumError, equilibrium, still
 from qddot.runner.files import named, ready
 from qddot.runner.load import Model, available, load
 from qddot.runner.machine.compiling import compiled_for
@@ -157,6 +157,7 @@ def _show_modes(console: Console, model: Model, chosen: str | None) -> None:
     except (EquilibriumError, ModesError) as error:
         console.print(f"No modes {title}: {error}\n", highlight=False, soft_wrap=True)
         return
-    at_rest = ", ".join(f"{n} = {x:.4g}" for n, x in zip(model.coordinate_names, state, strict=False))
+    names, (free, _) = model.state_names, still(model)
+    at_rest = ", ".join(f"{names[i]} = {state[i]:.4g}" for i in free)
     console.print(modal_table(f"Modes {title}", found))
     console.print(f"about the equilibrium {at_rest}\n", highlight=False)

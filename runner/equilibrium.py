@@ -19,7 +19,8 @@ from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.load import Model, Parameters, as_model
 
 Vector = NDArray[np.float64]
-#: Where the search for a static state starts: coordinates by name (the others 0), or a state (n_states,).
+Integers = NDArray[np.int64]
+#: Where the search for a static state starts: coordinates (and internal states) by name, the others 0; or a state.
 Guess = Mapping[str, float] | ArrayLike | None
 
 #: Iterations and halvings of a step before Newton's method gives up.
@@ -49,12 +50,14 @@ def equilibrium(
     t0: float = 0.0,
     guess: Guess = None,
 ) -> Vector:
-    """The state [q, 0] (n_states,) at which all accelerations vanish, with the inputs at t0 and their rates 0.
+    """The state [q, 0, z] (n_states,) that stays, with the inputs at t0 and their rates 0.
 
-    guess: where the search starts, coordinates by name or a state (n_states,) whose velocities are not used; 0 where
-    not given. Raises EquilibriumError where the accelerations do not vanish (naming the coordinate with the largest),
-    where they are not finite (naming the coordinates, and the singular mass matrix where it is one), or where the state
-    can be moved without force (naming the coordinates that move).
+    All accelerations vanish there, and the rates of internal states z.
+
+    guess: where the search starts, coordinates and internal states by name or a state (n_states,) whose velocities are
+    not used; 0 where not given. Raises EquilibriumError where the accelerations do not vanish (naming the coordinate
+    with the largest), where they are not finite (naming the coordinates, and the singular mass matrix where it is one),
+    or where the state can be moved without force (naming the coordinates that move).
     """
     model, t0 = as_model(model), finite("t0", t0)
     c = model.constants(model.parameter_values(parameters))
@@ -63,43 +66,56 @@ def equilibrium(
 
 def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = None) -> Vector:
     """As `equilibrium`, for constants c and bound inputs."""
-    n, u = len(model.coordinate_names), resting_inputs(table, t0)
+    u, (free, _) = resting_inputs(table, t0), still(model)
     residual, jacobian = _at_rest(model, c, u, t0)
-    start = _coordinates(model, guess)
+    start = _start(model, guess)[free]
     with np.errstate(all="ignore"):
         q, r, J = _newton(residual, jacobian, start)
     if not (np.isfinite(r).all() and (np.isfinite(J).all() or not r.any())):
-        x = np.concatenate([q, np.zeros(n)])
+        x = _state(model, q)
         where = "where the search starts" if (q == start).all() else "where the search leads"
         why = singular_mass(model, t0, x, u, c)
         raise EquilibriumError(
-            f"{_not_finite(model, r, J, q)}, {where}{f': {why}' if why else ''}; "
+            f"{_not_finite(model, r, J, x)}, {where}{f': {why}' if why else ''}; "
             f"start it elsewhere (guess=), or {ADVICE}"
         )
     if not _vanishes(r, J, q):
         raise EquilibriumError(_none_message(model, r, t0))
-    free = _free_directions(np.nan_to_num(J, nan=HUGE, posinf=HUGE, neginf=-HUGE))
-    if free is not None:
-        names = [model.coordinate_names[i] for i in np.flatnonzero(np.abs(free) > NAMED * np.abs(free).max())]
+    loose = _free_directions(np.nan_to_num(J, nan=HUGE, posinf=HUGE, neginf=-HUGE))
+    if loose is not None:
+        names = [model.state_names[free[i]] for i in np.flatnonzero(np.abs(loose) > NAMED * np.abs(loose).max())]
         raise EquilibriumError(
             f"model {model.name}: the static state is not isolated: nothing holds {', '.join(names)}; "
             f"{ADVICE}, or add a spring"
         )
-    return np.concatenate([q, np.zeros(n)])
+    return _state(model, q)
 
 
-def _coordinates(model: Model, guess: Guess) -> Vector:
-    """The coordinates (n,) that a guess gives."""
-    names, q = model.coordinate_names, np.zeros(len(model.coordinate_names))
+def still(model: Model) -> tuple[Integers, Integers]:
+    """Indices of the states that are sought at rest, coordinates and internal ones, and of the rates that vanish."""
+    n, states = model.tables.coordinates, np.arange(len(model.state_names))
+    return np.concatenate([states[:n], states[2 * n :]]), states[n:]
+
+
+def _state(model: Model, q: Vector) -> Vector:
+    """The state (n_states,) at rest at q, coordinates and internal states."""
+    x = np.zeros(len(model.state_names))
+    x[still(model)[0]] = q
+    return x
+
+
+def _start(model: Model, guess: Guess) -> Vector:
+    """The state (n_states,) that a guess gives."""
+    free, x = [model.state_names[i] for i in still(model)[0]], np.zeros(len(model.state_names))
     if guess is None:
-        return q
+        return x
     if not isinstance(guess, Mapping):
-        return finite_state(f"model {model.name}", guess, model.state_names, "guess")[: len(names)]
+        return finite_state(f"model {model.name}", guess, model.state_names, "guess")
     for name, value in guess.items():
-        if name not in names:
-            raise ValueError(f"model {model.name}: guess: {unknown('coordinate', name, names)}")
-        q[names.index(name)] = finite(f"model {model.name}: guess of {name}", value)
-    return q
+        if name not in free:
+            raise ValueError(f"model {model.name}: guess: {unknown('coordinate', name, free)}")
+        x[model.state_names.index(name)] = finite(f"model {model.name}: guess of {name}", value)
+    return x
 
 
 def resting_inputs(table: InputTable, t0: float) -> Vector:
@@ -113,21 +129,20 @@ def resting_inputs(table: InputTable, t0: float) -> Vector:
 def _at_rest(
     model: Model, c: Vector, u: Vector, t0: float
 ) -> tuple[Callable[[Vector], Vector], Callable[[Vector], Vector]]:
-    """Accelerations (n,) at rest as a function of q (n,), and their Jacobian (n, n)."""
-    n = len(model.coordinate_names)
-    rhs, jacobian = model.kernel("rhs"), model.kernel("jacobian")
+    """What must vanish (n,) at rest as a function of the states q (n,) that are sought, and its Jacobian (n, n)."""
+    rhs, jacobian = model.kernel("rhs"), model.matrix("jacobian")
+    free, vanishing = still(model)
 
-    def accelerations(q: Vector) -> Vector:
-        dx = np.zeros(2 * n)
-        rhs(t0, np.concatenate([q, np.zeros(n)]), u, c, dx)
-        return dx[n:]
+    def rates(q: Vector) -> Vector:
+        x = _state(model, q)
+        dx = np.zeros(len(x))
+        rhs(t0, x, u, c, dx)
+        return dx[vanishing]
 
     def derivative(q: Vector) -> Vector:
-        J = np.zeros((2 * n, 2 * n))
-        jacobian(t0, np.concatenate([q, np.zeros(n)]), u, c, J)
-        return J[n:, :n]
+        return jacobian(t0, _state(model, q), u, c)[np.ix_(vanishing, free)]
 
-    return accelerations, derivative
+    return rates, derivative
 
 
 def _newton(residual: Callable[[Vector], Vector], jacobian: Callable[[Vector], Vector], q: Vector) -> Any:
@@ -169,14 +184,15 @@ def _nonzero(scale: Vector) -> Vector:
     return np.where(scale > 0, scale, 1.0)
 
 
-def _not_finite(model: Model, r: Vector, J: Vector, q: Vector) -> str:
-    """What is not finite at rest at q."""
+def _not_finite(model: Model, r: Vector, J: Vector, x: Vector) -> str:
+    """What is not finite at rest at x."""
+    free, _ = still(model)
     rows: Any = ~np.isfinite(r)
     what = "acceleration"
     if not rows.any():
         rows, what = ~np.isfinite(J).all(axis=1), "stiffness"
-    names = [name for name, bad in zip(model.coordinate_names, rows, strict=True) if bad]
-    pairs = list(zip(model.tables.states, q, strict=False))
+    names = [model.state_names[i] for i in free[rows]]
+    pairs = [(model.tables.states[i], x[i]) for i in free]
     told = ", ".join(f"{state.name} = {value:.6g} {state.unit}".rstrip() for state, value in pairs[:MOST_TOLD])
     more = ", ..." if len(pairs) > MOST_TOLD else ""
     return f"model {model.name}: the {what} of {', '.join(names)} is not finite at rest at {told}{more}"
@@ -184,8 +200,9 @@ def _not_finite(model: Model, r: Vector, J: Vector, q: Vector) -> str:
 
 def _none_message(model: Model, r: Vector, t0: float) -> str:
     i = int(np.argmax(np.abs(r)))
-    unit = model.tables.states[len(r) + i].unit
+    (free, vanishing), states = still(model), model.tables.states
+    what, unit = "an acceleration" if i < model.tables.coordinates else "a rate", states[vanishing[i]].unit
     return (
-        f"model {model.name}: no static state found at t = {t0:g}: {model.coordinate_names[i]} keeps an acceleration "
-        f"of {r[i]:.6g} {unit} per s; {ADVICE}, other parameters or other inputs"
+        f"model {model.name}: no static state found at t = {t0:g}: {states[free[i]].name} keeps {what} of {r[i]:.6g} "
+        f"{unit} per s; {ADVICE}, other parameters or other inputs"
     )

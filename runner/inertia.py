@@ -19,8 +19,7 @@ def singular_mass(model: Model, t: float, x: Vector, u: Vector, c: Vector) -> st
     u: inputs, c: constants, of the calling convention.
     """
     names = model.coordinate_names
-    M = np.zeros((len(names), len(names)))
-    model.kernel("mass")(t, x, u, c, M)
+    M = model.matrix("mass")(t, x, u, c)
     if not np.isfinite(M).all():
         row = int(np.argmin(np.isfinite(M).all(axis=1)))
         return f"the mass matrix is not finite in the row of {names[row]}"

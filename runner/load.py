@@ -21,6 +21,7 @@ from qddot import generated
 from qddot.runner import abi
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.machine.compiled import keeping_module
+from qddot.runner.matrices import PlacedKernel
 from qddot.runner.tables import LoadError, Tables, read_tables
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
@@ -58,13 +59,13 @@ class Model:
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
-        """Names of the coordinates, then of their velocities."""
+        """Names of the coordinates, then of their velocities, then of the internal states."""
         return tuple(state.name for state in self.tables.states)
 
     @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
-        return self.state_names[: len(self.state_names) // 2]
+        return self.state_names[: self.tables.coordinates]
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:
@@ -84,6 +85,10 @@ class Model:
             raise LoadError(f"model {self.name}: kernel {name!r} does not compile:\n{error}") from None
         self._kernels[name] = kernel
         return kernel
+
+    def matrix(self, name: str) -> PlacedKernel:
+        """The kernel of this name that writes a matrix, with the places of what it writes; raises as `kernel` does."""
+        return PlacedKernel(self.kernel(name), self.tables.patterns[name])
 
     def parameter_values(self, parameters: Parameters = None) -> NDArray[np.float64]:
         """Parameters p (n_parameters,): the defaults, changed by a named set, by values, or by a set and then values.

@@ -27,9 +27,9 @@ class Mode:
     """A conjugate pair of eigenvalues (oscillating) or a real one.
 
     natural_frequency |eigenvalue| in rad/s; damping_ratio -Re/|eigenvalue|, negative where the mode grows;
-    damped_period 2 pi/|Im| in s, infinite for a real eigenvalue. participation: share of each coordinate, sum 1, from
-    right and left eigenvectors, so that it does not depend on units (Perez-Arriaga, Verghese, Schweppe, IEEE Trans.
-    Power App. Syst. PAS-101 (1982) 3117-3125).
+    damped_period 2 pi/|Im| in s, infinite for a real eigenvalue. participation: share of each coordinate (with its
+    velocity) and each internal state, sum 1, from right and left eigenvectors, so that it does not depend on units
+    (Perez-Arriaga, Verghese, Schweppe, IEEE Trans. Power App. Syst. PAS-101 (1982) 3117-3125).
     """
 
     eigenvalue: complex
@@ -66,8 +66,7 @@ def modes(
     x = rest(model, c, table, t0) if state is None else model.state(state, "state")
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
-    J = np.zeros((len(x), len(x)))
-    model.kernel("jacobian")(t0, x, u, c, J)
+    J = model.matrix("jacobian")(t0, x, u, c)
     if not np.isfinite(J).all():
         row, column = np.argwhere(~np.isfinite(J))[0]
         raise ModesError(
@@ -76,9 +75,10 @@ def modes(
         )
     eigenvalues, right = np.linalg.eig(J)
     shares = np.abs(right * np.linalg.pinv(right).T)
-    n = len(model.coordinate_names)
-    shares = (shares[:n] + shares[n:]) / shares.sum(axis=0)
-    found = [_mode(value, shares[:, k], model.coordinate_names) for k, value in enumerate(eigenvalues)]
+    n = model.tables.coordinates
+    shares = np.concatenate([shares[:n] + shares[n : 2 * n], shares[2 * n :]]) / shares.sum(axis=0)
+    names = (*model.coordinate_names, *model.state_names[2 * n :])
+    found = [_mode(value, shares[:, k], names) for k, value in enumerate(eigenvalues)]
     return tuple(sorted((mode for mode in found if mode.eigenvalue.imag >= 0), key=lambda mode: mode.natural_frequency))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.inputs.signal import InputTable
+from qddot.runner.matrices import PlacedKernel
 
 #: The end of a run that only an event ends, in s from its start.
 FOREVER = 1e100
@@ -50,7 +51,8 @@ class Problem:
 
     initial_state (n_states,), constants (n_constants,), inputs: the channels rhs reads, at least `n_inputs` of them.
     mass_matrix (n_states, n_states): where given, mass_matrix x' = rhs; it may be singular (stiff methods only).
-    linear: the kernel that gives A and B of a linear right-hand side (exact propagation only).
+    jacobian: a jitted function that fills J (n_states, n_states), or a model's kernel with its pattern.
+    input_jacobian: of a linear model, whose Jacobians are constant (exact propagation only).
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
     """
@@ -65,9 +67,17 @@ class Problem:
     state_names: tuple[str, ...]
     jacobian: Any = None
     mass_matrix: NDArray[np.float64] | None = None
-    linear: Any = None
+    input_jacobian: PlacedKernel | None = None
     by_item: bool = False
     sense: int = 1
+
+    def jacobian_at(self, t: float, x: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The Jacobian (n_states, n_states) that was given, with inputs u."""
+        if isinstance(self.jacobian, PlacedKernel):
+            return self.jacobian(t, x, u, self.constants)
+        J = np.empty((len(x), len(x)))
+        self.jacobian(t, x, u, self.constants, J)
+        return J
 
     @property
     def longest_first_step(self) -> float:

@@ -19,6 +19,7 @@ from qddot.runner.inputs.bind import as_signal, bind
 from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
+from qddot.runner.matrices import PlacedKernel
 from qddot.runner.methods import METHODS, Method, find_method
 from qddot.runner.options import TABLE, Options
 from qddot.runner.problem import Problem
@@ -80,7 +81,7 @@ class Simulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Kernels are the model's: pickled, it carries them by name."""
-        problem = replace(self.problem, rhs=None, jacobian=None, linear=None)
+        problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None)
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
@@ -143,11 +144,12 @@ def prepare(
 
 def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method, options: Options) -> Simulation:
     """A simulation of what is given without kernels."""
+    exact = method.family == "exact"
     problem = replace(
         problem,
         rhs=model.kernel("rhs"),
-        jacobian=model.kernel("jacobian") if method.stiff else None,
-        linear=_linear(model, method) if method.family == "exact" else None,
+        jacobian=model.matrix("jacobian") if method.stiff or exact else None,
+        input_jacobian=_constant(model, method) if exact else None,
     )
     check_first_calls(problem, options)
     subject = replace(subject, output_kernel=model.kernel("outputs") if model.tables.outputs else None)
@@ -259,13 +261,14 @@ def _is_name(name: object) -> bool:
     return isinstance(name, str) and bool(name)
 
 
-def _linear(model: Model, method: Method) -> Any:
+def _constant(model: Model, method: Method) -> PlacedKernel:
+    """The derivative of a linear model's rhs by the inputs."""
     if not model.tables.linear:
         raise ValueError(
             f"method {method.name} propagates linear models only and model {model.name} is nonlinear; choose another, "
             "such as dop853 or tsit5"
         )
-    return model.kernel("linear")
+    return model.matrix("input_jacobian")
 
 
 def _mass_matrix(mass_matrix: ArrayLike, n: int, method: Method) -> NDArray[np.float64]:

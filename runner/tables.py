@@ -9,6 +9,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 from qddot.runner import abi
+from qddot.runner.matrices import Pattern, pattern
 
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
 
@@ -48,14 +49,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Tables:
-    """What a generated module says about its model. states: coordinates, then their velocities in the same order.
+    """What a generated module says about its model.
 
-    positioned: inputs that act at a place along the way of travel, in the order of the kernel `positions`.
+    states: coordinates, their velocities in the same order, internal states. positioned: inputs that act at a place
+    along the way of travel, in the order of the kernel `positions`. patterns: of the matrices, by their kernels' names.
     """
 
     name: str
     title: str
     states: tuple[Quantity, ...]
+    coordinates: int
     inputs: tuple[Channel, ...]
     rhs_inputs: int
     positioned: tuple[str, ...]
@@ -65,6 +68,7 @@ class Tables:
     constant_names: tuple[str, ...]
     linear: bool
     mass_matrix: str
+    patterns: dict[str, Pattern] = field(hash=False)
 
 
 def read_tables(module: ModuleType) -> Tables:
@@ -74,12 +78,20 @@ def read_tables(module: ModuleType) -> Tables:
             f"{module.__file__} defines a model, and is no generated module: `qddot generate {module.__file__} "
             "--into FOLDER` writes the module to give here"
         )
+    _check_edition(module)
+    states, inputs = (
+        _records(module, "STATE", Quantity, (str, str, str)),
+        _records(module, "INPUT", Channel, (str, str, str, str)),
+    )
+    coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
+    _check_sizes(module, len(states), coordinates, len(inputs), rhs_inputs)
     tables = Tables(
         name=_entry(module, "NAME", str),
         title=_entry(module, "TITLE", str),
-        states=_records(module, "STATE", Quantity, (str, str, str)),
-        inputs=_records(module, "INPUT", Channel, (str, str, str, str)),
-        rhs_inputs=_entry(module, "RHS_INPUTS", int),
+        states=states,
+        coordinates=coordinates,
+        inputs=inputs,
+        rhs_inputs=rhs_inputs,
         positioned=tuple(_entry(module, "POSITION", (tuple, list))) if hasattr(module, "POSITION") else (),
         outputs=_records(module, "OUTPUT", Quantity, (str, str, str)),
         parameters=_records(module, "PARAMETER", Parameter, (str, (int, float), str, str)),
@@ -87,6 +99,7 @@ def read_tables(module: ModuleType) -> Tables:
         constant_names=tuple(_entry(module, "CONSTANT", (tuple, list))),
         linear=_entry(module, "LINEAR", bool),
         mass_matrix=_entry(module, "MASS_MATRIX", str),
+        patterns=_patterns(module, len(states), coordinates, rhs_inputs),
     )
     _check_names(module, tables)
     _check_numbers(module, tables)
@@ -96,6 +109,32 @@ def read_tables(module: ModuleType) -> Tables:
 
 def _fail(module: ModuleType, message: str) -> LoadError:
     return LoadError(f"{module.__file__}: {message}; generate the model again")
+
+
+def _check_edition(module: ModuleType) -> None:
+    found = getattr(module, "CONVENTION", 1 if hasattr(module, "NAME") else None)
+    if found is not None and found != abi.EDITION:
+        raise LoadError(
+            f"{module.__file__} was generated for edition {found!r} of the calling convention and this is edition "
+            f"{abi.EDITION}: generate it anew from its model (qddot generate)"
+        )
+
+
+def _patterns(module: ModuleType, states: int, coordinates: int, inputs: int) -> dict[str, Pattern]:
+    shapes = {
+        "jacobian": (states, states),
+        "input_jacobian": (states, inputs),
+        "mass": (coordinates, coordinates),
+    }
+    found: dict[str, Pattern] = {}
+    for name in abi.MATRICES:
+        try:
+            found[name] = pattern(_entry(module, name.upper(), tuple), shapes[name], symmetric=name == "mass")
+        except LoadError:
+            raise
+        except ValueError as error:
+            raise _fail(module, f"{name.upper()}{'' if str(error).startswith('[') else ' '}{error}") from None
+    return found
 
 
 def _entry(module: ModuleType, name: str, kind: Any) -> Any:
@@ -140,11 +179,15 @@ def _check_names(module: ModuleType, tables: Tables) -> None:
                 raise _fail(module, f"PARAMETER_SETS[{key!r}] sets {name!r}, which is no parameter")
 
 
+def _check_sizes(module: ModuleType, states: int, coordinates: int, inputs: int, rhs_inputs: int) -> None:
+    if not 1 <= coordinates <= states // 2:
+        rows = f"STATE has {states} rows, COORDINATES is {coordinates}"
+        raise _fail(module, f"{rows}: expected a coordinate or more, and in STATE as many velocities behind them")
+    if not 0 <= rhs_inputs <= inputs:
+        raise _fail(module, f"RHS_INPUTS is {rhs_inputs}, but INPUT has {inputs} rows")
+
+
 def _check_numbers(module: ModuleType, tables: Tables) -> None:
-    if not tables.states or len(tables.states) % 2:
-        raise _fail(module, f"STATE has {len(tables.states)} rows, expected coordinates and as many velocities")
-    if not 0 <= tables.rhs_inputs <= len(tables.inputs):
-        raise _fail(module, f"RHS_INPUTS is {tables.rhs_inputs}, but INPUT has {len(tables.inputs)} rows")
     if tables.mass_matrix not in MASS_MATRICES:
         raise _fail(module, f"MASS_MATRIX is {tables.mass_matrix!r}, expected one of {', '.join(MASS_MATRICES)}")
     for parameter in tables.parameters:
@@ -154,7 +197,7 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
     for name, signature in abi.SIGNATURES.items():
-        if (name == "linear" and not tables.linear) or (name == "positions" and not tables.positioned):
+        if name == "positions" and not tables.positioned:
             continue
         kernel = getattr(module, name, None)
         if not isinstance(kernel, Dispatcher):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matrices import linear_matrices
 from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -18,6 +19,7 @@ from qddot.runner.exact import ladder, run, taylor
 from qddot.runner.inputs.signal import stack
 from qddot.runner.inputs.tables import table
 from qddot.runner.load import available, load
+from qddot.runner.matrices import PlacedKernel, pattern
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status
@@ -26,12 +28,36 @@ from qddot.runner.takers import fitted
 LINEAR = [name for name in available() if load(name).tables.linear]
 
 
-@njit(abi.SIGNATURES["linear"])
-def from_constants(c, A, B):
-    """A and B as they lie in the constants."""
-    n, m = B.shape
-    A[:] = c[: n * n].reshape((n, n))
-    B[:] = c[n * n :].reshape((n, m))
+@njit(abi.VECTOR_KERNEL)
+def states_of(t, x, u, c, values):
+    """A as it lies in the constants."""
+    for k in range(len(x) ** 2):
+        values[k] = c[k]
+
+
+@njit(abi.VECTOR_KERNEL)
+def inputs_of(t, x, u, c, values):
+    """B without its last column, behind A."""
+    n, m = len(x), len(u)
+    for i in range(n):
+        for j in range(m):
+            values[m * i + j] = c[n * n + (m + 1) * i + j]
+
+
+@njit(abi.VECTOR_KERNEL)
+def slopes_of(t, x, u, c, dx):
+    """A x + B [u, 1]."""
+    n, m = len(x), len(u)
+    for i in range(n):
+        dx[i] = c[n * n + (m + 1) * i + m]
+        for j in range(m):
+            dx[i] += c[n * n + (m + 1) * i + j] * u[j]
+        for j in range(n):
+            dx[i] += c[n * i + j] * x[j]
+
+
+def full(kernel, *shape):
+    return PlacedKernel(kernel, pattern((tuple(range(shape[1])),) * shape[0], shape))
 
 
 def propagate(A, B, x0, span, signals=(), orders=None, **options):
@@ -39,9 +65,18 @@ def propagate(A, B, x0, span, signals=(), orders=None, **options):
     A, B = np.atleast_2d(np.asarray(A, float)), np.asarray(B, float)
     inputs = stack(list(signals), list(orders or [0] * len(signals)))
     constants = np.concatenate([A.ravel(), B.ravel()])
-    names = tuple(f"x_{i}" for i in range(len(A)))
+    n, m = len(A), len(signals)
     problem = Problem(
-        None, *map(float, span), np.array(x0, float), constants, inputs, len(signals), names, linear=from_constants
+        rhs=slopes_of,
+        t0=float(span[0]),
+        t1=float(span[1]),
+        initial_state=np.array(x0, float),
+        constants=constants,
+        inputs=inputs,
+        n_inputs=m,
+        state_names=tuple(f"x_{i}" for i in range(n)),
+        jacobian=full(states_of, n, n),
+        input_jacobian=full(inputs_of, n, m),
     )
     method = find_method("exact")
     return method.integrate(problem, method, fitted(Options(**options), method))
@@ -97,17 +132,10 @@ def test_linear_models_agree_with_a_tight_integration(name):
 
 def test_one_axle_follows_its_formula():
     model = load("one_axle")
-    omega = np.sqrt(-_matrices(model)[0][1, 0])
+    omega = np.sqrt(-linear_matrices(model)[0][1, 0])
     s = qddot.simulate(model, (0, 1), method="exact", initial=[0.0, 0.0])
     static = -9.81 / omega**2
     np.testing.assert_allclose(s.states[:, 0], static * (1 - np.cos(omega * s.t)), rtol=0, atol=1e-11 * abs(static))
-
-
-def _matrices(model):
-    n, m = len(model.state_names), len(model.tables.inputs) + 1
-    A, B = np.empty((n, n)), np.empty((n, m))
-    model.kernel("linear")(model.constants(model.parameter_values()), A, B)
-    return A, B
 
 
 def test_undamped_resonance_grows_linearly():
@@ -257,7 +285,7 @@ def test_what_is_not_linear_is_refused():
     with pytest.raises(ValueError, match="model pendulum is nonlinear; choose another, such as dop853"):
         qddot.simulate(load("pendulum"), (0, 1), method="exact")
     with pytest.raises(ValueError, match="needs a linear model"):
-        qddot.solve(from_constants, (0, 1), [0.0], method="exact")
+        qddot.solve(slopes_of, (0, 1), [0.0], constants=[0.0] * 3, method="exact")
     event = qddot.crossing(load("quarter_car"), "z_s")
     with pytest.raises(ValueError, match="finds no events"):
         qddot.simulate(load("quarter_car"), (0, 1), method="exact", events=[event])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matrices import linear_matrices
 
 from qddot.runner.load import LoadError, available, load
 from qddot.runner.simulate import prepare, simulate
@@ -44,7 +45,32 @@ def test_missing_file_is_named():
     [
         ('NAME = "oscillator"', "", "no table NAME, so this is no generated model"),
         ('NAME = "oscillator"', "NAME = 1", "NAME is 1, expected str"),
-        (STATE_ROW, "", "STATE has 1 rows, expected coordinates and as many velocities"),
+        (STATE_ROW, "", "STATE has 1 rows, COORDINATES is 1: expected a coordinate or more, and in STATE as many"),
+        ("COORDINATES = 1", "COORDINATES = 0", "STATE has 2 rows, COORDINATES is 0"),
+        (
+            "CONVENTION = 2\n",
+            "",
+            "for edition 1 of the calling convention and this is edition 2: generate it anew",
+        ),
+        (
+            "JACOBIAN = ((1,), (0, 1))",
+            "JACOBIAN = ((1,),)",
+            "JACOBIAN is 1 rows, expected the columns of each of 2",
+        ),
+        (
+            "JACOBIAN = ((1,), (0, 1))",
+            "JACOBIAN = ((1,), (0, 2))",
+            r"JACOBIAN\[1\] is \(0, 2\), expected rising columns",
+        ),
+        (
+            "JACOBIAN = ((1,), (0, 1))",
+            "JACOBIAN = ((1,), (1, 0))",
+            r"JACOBIAN\[1\] is \(1, 0\), expected rising columns",
+        ),
+        ("JACOBIAN = ((1,), (0, 1))", "JACOBIAN = ((1,), (0, 1.0))", r"JACOBIAN\[1\] is \(0, 1.0\), expected rising"),
+        ("(0, 1, 2))", "(0, 1, 3))", r"INPUT_JACOBIAN\[1\] is \(0, 1, 3\), expected rising columns from 0 to 2"),
+        ("MASS = ((0,),)", "MASS = ((1,),)", r"MASS\[0\] is \(1,\), expected rising columns from 0 to 0"),
+        ("MASS = ((0,),)", "", "no table MASS, so this is no generated model"),
         (STATE_ROW, '    ("q_1", "m"),\n', r"STATE\[0\] is \('q_1', 'm'\), expected \(name, unit, meaning\)"),
         ('("F_spring"', '("F"', "the name 'F' stands twice in STATE, INPUT and OUTPUT"),
         ('("F_spring"', '("t"', "the name 't' stands twice in STATE, INPUT and OUTPUT, or is that of time"),
@@ -58,8 +84,8 @@ def test_missing_file_is_named():
         ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_1",)', "kernel 'positions' is missing"),
         ('"constant"', '"dense"', "MASS_MATRIX is 'dense', expected one of constant"),
         ("def mass(", "def masses(", "kernel 'mass' is missing or not compiled by numba"),
-        ("def mass(t, x, u, c, M)", "def mass(t, x, c, M)", "kernel 'mass' takes 4 arguments, expected 5"),
-        ("def linear(", "def lines(", "kernel 'linear' is missing"),
+        ("def mass(t, x, u, c, values)", "def mass(t, x, c, values)", "kernel 'mass' takes 4 arguments, expected 5"),
+        ("def input_jacobian(", "def lines(", "kernel 'input_jacobian' is missing"),
         ("LINEAR = True", "LINEAR = ", "SyntaxError"),
         ("LINEAR = True", "LINEAR = wrong", "NameError: name 'wrong' is not defined"),
     ],
@@ -76,7 +102,7 @@ def test_malformed_module_is_refused(tmp_path, before, after, message):
 
 def test_kernel_that_does_not_compile_is_named(tmp_path):
     path = tmp_path / "broken.py"
-    path.write_text(SAMPLE.read_text().replace("M[0, 0] = c[3]", "M[0, 0] = c.nothing"))
+    path.write_text(SAMPLE.read_text().replace("values[0] = c[3]\n", "values[0] = c.nothing\n"))
     with pytest.raises(LoadError, match="model oscillator: kernel 'mass' does not compile"):
         load(path).kernel("mass")
 
@@ -100,14 +126,9 @@ def test_a_folder_copied_with_its_compiled_code_loads(tmp_path):
     np.testing.assert_array_equal(_constants(load(tmp_path / "second" / "copied.py")), [50.0, 1.5, 9.81, 2.0, 0.5])
 
 
-def test_nonlinear_model_needs_no_linear_kernel(tmp_path):
-    path = tmp_path / "nonlinear.py"
-    text = SAMPLE.read_text().replace("LINEAR = True", "LINEAR = False")
-    path.write_text(text[: text.index("@njit", text.index("def outputs("))])
-    model = load(path)
-    assert not model.tables.linear
+def test_a_kernel_that_the_convention_does_not_know_is_refused(oscillator):
     with pytest.raises(LoadError, match="unknown kernel 'linear'"):
-        model.kernel("linear")
+        oscillator.kernel("linear")
 
 
 @pytest.mark.parametrize(
@@ -213,9 +234,8 @@ def test_kernels_obey_the_calling_convention(oscillator):
         oscillator.kernel("rhs")(0.0, x, u, c, slope)
         return slope.copy()
 
-    J, A, B = np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((2, 4))
-    oscillator.kernel("jacobian")(0.0, x, u, c, J)
-    oscillator.kernel("linear")(c, A, B)
+    J = oscillator.matrix("jacobian")(0.0, x, u, c)
+    A, B = linear_matrices(oscillator)
     differences = np.stack([(rhs(x + h * e) - rhs(x - h * e)) / (2 * h) for e in np.eye(2)], axis=1)
     np.testing.assert_allclose(J, differences, atol=1e-8)
     np.testing.assert_allclose(A @ x + B @ [*u, 1.0], rhs(x), atol=1e-13)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from derived import Reference, generated_module
+from matrices import matrix
 from sympy import Abs, Heaviside, Max, Piecewise, Rational, Symbol, cos, exp, log, sin, sqrt, symbols, tanh
 
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System, t
@@ -118,8 +119,7 @@ def test_jacobian(case, points):
     for time, x, u, _, constants in points[:20]:
         if np.abs(np.abs(x) - 0.5).min() < 1e-4 or np.abs(x).min() < 1e-4:
             continue  # at a kink there is no derivative
-        J, differences = np.empty((len(x), len(x))), np.empty((len(x), len(x)))
-        module.jacobian.py_func(time, x, u, constants, J)
+        J, differences = matrix(module, "jacobian", time, x, u, constants), np.empty((len(x), len(x)))
         for k in range(len(x)):
             up, down, step = np.empty(len(x)), np.empty(len(x)), 1e-6 * np.eye(len(x))[k]
             module.rhs.py_func(time, x + step, u, constants, up)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matrices import linear_matrices
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -109,8 +110,7 @@ def test_displacements_agree_with_scipy(found):
     """Figs. 6 and 7 by SciPy on the model's own A and B, without our integrators, inputs or measures."""
     model = load("m113")
     n = len(model.state_names)
-    A, B = np.zeros((n, n)), np.zeros((n, len(model.tables.inputs) + 1))
-    model.kernel("linear")(model.constants(model.parameter_values("as_run_unloaded")), A, B)
+    A, B = linear_matrices(model, "as_run_unloaded")
     force = [channel.name for channel in model.tables.inputs].index("F")
     peak = 605.0 * np.pi / 0.2
 
@@ -149,9 +149,7 @@ def test_the_step_found_is_the_largest_that_is_accurate_enough(found):
 def test_the_exact_reference_is_the_matrix_exponential(found):
     """After the pulse the state moves by exp(A t) about its rest."""
     model = load("m113")
-    n = len(model.state_names)
-    A, B = np.zeros((n, n)), np.zeros((n, len(model.tables.inputs) + 1))
-    model.kernel("linear")(model.constants(model.parameter_values("as_run_unloaded")), A, B)
+    A, _ = linear_matrices(model, "as_run_unloaded")
     run = read_study(found.studies.folder / "standing.toml").run(method="exact", output_times=[0.5, 1.648, 2.356])
     x = {t: run.states[run.t == t][0] for t in (0.5, 1.648, 2.356)}
     assert x[2.356] - x[0.5] == pytest.approx(expm(A * 0.708) @ (x[1.648] - x[0.5]), rel=1e-8, abs=1e-12)

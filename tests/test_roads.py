@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matrices import linear_matrices
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import welch
@@ -241,8 +242,7 @@ def test_scipy_drives_over_a_random_road_as_we_do(m113):
     solution = simulate(m113, (0, 1.5), step=2e-4, parameters=chosen, inputs=inputs, every=50)
     p = m113.parameter_values(chosen)
     n, places = len(m113.tables.inputs), np.array(list(m113.positions(p).values()))
-    A, B = np.zeros((14, 14)), np.zeros((14, n + 1))
-    m113.kernel("linear")(m113.constants(p), A, B)
+    A, B = linear_matrices(m113, chosen)
 
     def rhs(t, x):
         return A @ x + B[:, :5] @ road(-2.0 + places + v * t) + B[:, n]

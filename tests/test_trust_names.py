@@ -61,7 +61,7 @@ def test_the_reserved_names_are_all_that_generated_functions_use(system):
     own = {str(symbol) for symbol in program.slots} | {str(p) for p in program.equations.parameters}
     own |= {str(symbol) for kernel in program.kernels.values() for symbol, _ in kernel.temporaries}
     assert set(used(text)) - own <= reserved()
-    assert {"math", "t", "state", "inputs", "derivative", "matrix"} <= reserved()
+    assert {"math", "t", "state", "inputs", "derivative", "values"} <= reserved()
 
 
 @pytest.mark.parametrize("name", sorted(reserved() - {"t"}))

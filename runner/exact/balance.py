@@ -67,27 +67,24 @@ def balance(A, B, scale):
 
 
 @compiled(**LEAN)
-def put_transposed(source, count, base):
-    """Write the transpose of the first count - 1 columns and the last column of a matrix (n, m) in panels."""
-    n, m = source.shape
+def put_transposed(source, base):
+    """Write the transpose of a matrix (n, count) in panels."""
+    n, count = source.shape
     target = floats(base, BLOCK * -(-n // BLOCK) * count)
     for i in range(n):
         for j in range(count):
-            target[BLOCK * (count * (i // BLOCK) + j) + i % BLOCK] = source[i, j if j < count - 1 else m - 1]
+            target[BLOCK * (count * (i // BLOCK) + j) + i % BLOCK] = source[i, j]
 
 
 @compiled(**LEAN)
 def begin(s, A, B, x):
-    """Balance A and B, which are overwritten, and put them and the state x (n,) where `advance` finds them.
-
-    B: a column for each channel and one for 1; the channels that drive no state are left out.
-    """
+    """Balance A and B, which are overwritten, and put them and the state x (n,) where `advance` finds them."""
     n, scale, state = s.n, floats(s.scale, s.n), floats(s.x, s.n)
     for i in range(n):
         scale[i] = 1.0
     balance(A, B, scale)
-    put_transposed(A, n, s.A)
-    put_transposed(B, s.channels + 1, s.B)
+    put_transposed(A, s.A)
+    put_transposed(B, s.B)
     for i in range(n):
         state[i] = x[i] / scale[i]
     s.nu = 0.0

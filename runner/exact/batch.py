@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.exact.runs import RUNS, propagate_runs
-from qddot.runner.exact.space import SPACE, space_for
+from qddot.runner.exact.space import SPACE, Linear, space_for
 from qddot.runner.inputs.signal import InputTable
 from qddot.runner.load import Model
 from qddot.runner.machine.compiled import compiled
@@ -77,7 +77,6 @@ def _batch(model: Model, arrays: Mapping[str, NDArray[Any]], limit: float) -> np
         n_samples=arrays["times"].shape[1],
         n_columns=len(columns),
         n_pieces=len(arrays["pieces"]),
-        linear=pointer(model.kernel("linear"), abi.SIGNATURES["linear"], "linear"),
         outputs=outputs,
         n_model_outputs=len(tables.outputs),
         limit=limit,
@@ -86,11 +85,12 @@ def _batch(model: Model, arrays: Mapping[str, NDArray[Any]], limit: float) -> np
 
 def _thread_space(model: Model, arrays: Mapping[str, NDArray[Any]]) -> tuple[np.void, tuple[Any, ...]]:
     """A space for one thread, and what its loop wants beside it: A, B and the channels' cursors."""
-    n, channels = len(model.state_names), len(model.tables.inputs)
+    n, channels, driving = len(model.state_names), len(model.tables.inputs), model.tables.rhs_inputs
     none = np.zeros(max(1, channels), dtype=np.int64)
     table = InputTable(arrays["pieces"], none, none, np.zeros(1), np.zeros(1), none, np.zeros(0))
-    s, kept = space_for(n, table, model.tables.rhs_inputs, np.zeros(arrays["times"].shape[1] + 2))
-    A, B = np.empty((n, n)), np.empty((n, channels + 1))
+    linear = Linear(model.kernel("rhs"), model.matrix("jacobian"), model.matrix("input_jacobian"))
+    s, kept = space_for(linear, table, driving, np.zeros(arrays["times"].shape[1] + 2))
+    A, B = np.empty((n, n)), np.empty((n, driving + 1))
     integers = np.zeros((3, max(1, channels)), dtype=np.int64)
     return s, (kept, A, B, integers, np.zeros(max(1, channels)), np.zeros(max(1, len(model.tables.outputs))))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.exact.course import begin_run, run_slice
-from qddot.runner.exact.space import SPACE, Arrays, space_for
+from qddot.runner.exact.space import SPACE, Arrays, Linear, space_for
 from qddot.runner.frame.log import FAILURES
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.slices import run_slices
@@ -37,11 +37,11 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     """Propagate x' = A x + B [u, 1] exactly, to rounding, and save at the wanted times.
 
     Wanted are options.output_times, or every options.every-th point of a grid of options.step, or 5001 points; start
-    and end always. Raises ValueError for a problem without the kernel `linear`, for events, and for times outside the
-    span.
+    and end always. Raises ValueError for a problem that is not said to be linear, for events, and for times outside
+    the span.
     """
     start = working_time()
-    if problem.linear is None:
+    if problem.input_jacobian is None:
         raise ValueError(
             f"method {method.name} needs a linear model, x' = A x + B u: give qddot.simulate a generated model that is "
             "linear (qddot show MODEL), or choose another method, such as dop853"
@@ -62,12 +62,13 @@ def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:
     n, t0, t1 = len(problem.initial_state), float(problem.t0), float(problem.t1)
     near = ROUNDING * max(abs(t0), abs(t1))
     outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)
-    s, arrays = space_for(n, problem.inputs, problem.n_inputs, outputs)
+    assert problem.input_jacobian is not None  # integrate has looked
+    linear = Linear(problem.rhs, problem.jacobian, problem.input_jacobian)
+    s, arrays = space_for(linear, problem.inputs, problem.n_inputs, outputs)
     s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
     s["t"], s["segment_end"], s["t1"], s["limit"] = t0, t0, t1, options.divergence_limit
-    A, B = np.empty((n, n)), np.empty((n, len(problem.inputs.first) + 1))
-    problem.linear(problem.constants, A, B)
-    _compiled_begin()(s, problem.inputs, A, B, problem.initial_state)
+    A, B = np.empty((n, n)), np.empty((n, problem.n_inputs + 1))
+    _compiled_begin()(s, problem.inputs, problem.constants, A, B, problem.initial_state)
     arrays.saved[0] = problem.initial_state
     return s, arrays
 
@@ -102,7 +103,7 @@ def _requested(
 
 @cache
 def _compiled_begin() -> Any:
-    return compiled(types.void(_RECORD, _TABLE, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin_run)
+    return compiled(types.void(_RECORD, _TABLE, abi.VECTOR, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin_run)
 
 
 @cache

@@ -1,17 +1,18 @@
 """The compiled half of `batch`: run after run through the same work space."""
 
 from qddot.runner.exact.balance import begin
+from qddot.runner.exact.linear import linearize
 from qddot.runner.exact.propagate import NON_FINITE, RUNNING, leaving, propagate, start
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.inputs.piece import COLUMNS, START, piece_at, piece_value
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers, layout, matrix
-from qddot.runner.machine.pointers import call_kernel, call_linear
+from qddot.runner.machine.pointers import call_kernel
 
-#: Fields of a batch: addresses and sizes of the arrays in `batch.propagate_batch`; linear, outputs: kernels.
+#: Fields of a batch: addresses and sizes of the arrays in `batch.propagate_batch`; outputs: a kernel.
 RUNS = layout(
     "t0 t1 initial constants table rate offset order pieces first last times columns samples final status failed_at "
-    "failed_state steps evaluations n_states all_channels n_constants n_samples n_columns n_pieces linear outputs "
+    "failed_state steps evaluations n_states all_channels n_constants n_samples n_columns n_pieces outputs "
     "n_model_outputs",
     "limit",
 )
@@ -116,7 +117,7 @@ def propagate_runs(batch, s, A, B, pieces_of, u, y, first, end):
     s.limit = batch.limit
     for run in range(first, end):
         c = floats(batch.constants + 8 * run * batch.n_constants, batch.n_constants)
-        call_linear(batch.linear, c, A, B)
+        linearize(s, c, A, B)
         initial = floats(batch.initial + 8 * run * s.n, s.n)
         begin(s, A, B, initial)
         saved = floats(s.saved, s.n)

@@ -6,32 +6,39 @@ at once. All of it is in balanced coordinates x / scale, the scale made of power
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.exact.ladder import LEVELS, Y
 from qddot.runner.inputs.signal import AMPLITUDE, InputTable
 from qddot.runner.machine.memory import BLOCK, layout
+from qddot.runner.machine.pointers import pointer
+from qddot.runner.matrices import PlacedKernel
 
 #: A polynomial input piece has this many coefficients.
 POWERS = 4
 
 #: Addresses within the work space: A, B (channels + 1 rows) in panels; scale; the state x; the Taylor terms y, y_next;
-#: zeros. Of the current forcing: values (POWERS, channels + 1), g (POWERS vectors), omega, sine and cosine (a vector
-#: for each frequency). The drivers p, p_next and their scales beta; the matrices of `ladder`, matrix_bytes each.
+#: zeros; entries (entry_room,), what a kernel writes of A or B. Of the current forcing: values (POWERS, channels + 1),
+#: g (POWERS vectors), omega, sine and cosine (a vector for each frequency). The drivers p, p_next and their scales
+#: beta; the matrices of `ladder`, matrix_bytes each.
 #: n states in `panels` panels, `channels` inputs that drive them; q drivers, no more than q_max. turns, driver_turns:
 #: how far the ladder is computed; delta: length of its first rung; grid_level: the rung of `spacing`. pieces, first,
-#: last, rate, offset, order: of the input table; cursor: the piece of each channel. outputs: `n_outputs` wanted times
-#: from the start to the end of the run, saved: the states there; next_output: the first not reached; those from
-#: first_even to last_even are `spacing` apart. Of the segment: grid: see `propagate`; driving: whether the drivers are
-#: its own, from the time `origin` on; degree, frequencies: of its forcing; segment_end. steps, products, exponentials:
-#: counts. nu: 1-norm of A; t: of x; limit: a state beyond it has diverged.
+#: last, rate, offset, order: of the input table; cursor: the piece of each channel. rhs, jacobian, input_jacobian:
+#: kernels; A_places, B_places: where the A_entries, B_entries values of the last two stand in A (n, n) and in B
+#: (n, channels + 1). outputs: `n_outputs` wanted times from the start to the end of the run, saved: the states there;
+#: next_output: the first not reached; those from first_even to last_even are `spacing` apart. Of the segment: grid: see
+#: `propagate`; driving: whether the drivers are its own, from the time `origin` on; degree, frequencies: of its
+#: forcing; segment_end. steps, products, exponentials: counts. nu: 1-norm of A; t: of x; limit: a state beyond it has
+#: diverged.
 SPACE = layout(
-    "A B scale x y y_next zeros values g omega sine cosine p p_next beta matrices "
+    "A B scale x y y_next zeros entries values g omega sine cosine p p_next beta matrices "
     "n panels channels q_max matrix_bytes turns driver_turns grid_level "
     "pieces n_pieces first last rate offset order cursor "
+    "entry_room rhs jacobian input_jacobian A_places A_entries B_places B_entries "
     "outputs n_outputs saved next_output first_even last_even grid driving degree frequencies q "
     "steps products exponentials failed_state",
     "spacing nu delta origin t segment_end t1 limit",
@@ -45,26 +52,46 @@ class Arrays(NamedTuple):
     cursor: NDArray[np.int64]
     outputs: NDArray[np.float64]
     saved: NDArray[np.float64]
+    A_places: NDArray[np.int64]
+    B_places: NDArray[np.int64]
 
 
-def space_for(n: int, inputs: InputTable, channels: int, outputs: NDArray[np.float64]) -> tuple[np.void, Arrays]:
-    """A space for n states, the first `channels` inputs and wanted times (m,) from the start on."""
+class Linear(NamedTuple):
+    """The kernels of a linear model: its right-hand side and the derivatives of that by states and inputs."""
+
+    rhs: Any
+    jacobian: PlacedKernel
+    input_jacobian: PlacedKernel
+
+
+def space_for(
+    linear: Linear, inputs: InputTable, channels: int, outputs: NDArray[np.float64]
+) -> tuple[np.void, Arrays]:
+    """A space for a linear model, the first `channels` inputs and wanted times (m,) from the start on."""
+    _, A, B = linear
+    n, room = A.pattern.shape[0], max(A.pattern.entries, B.pattern.entries)
     sines = channels if inputs.pieces[:, AMPLITUDE].any() else 0
     q_max = POWERS + 2 * sines
     matrix = _matrix(n, q_max)
-    offsets, length = _places(n, channels, sines)
+    offsets, length = _places(n, channels, sines, room)
     arrays = Arrays(
         work=np.zeros(length),
         cursor=inputs.first.copy(),
         outputs=outputs,
         saved=np.empty((len(outputs), n)),
+        A_places=A.pattern.places(),
+        B_places=B.pattern.places(channels + 1),
     )
     fields = np.zeros(len(SPACE.names or ()), dtype=np.int64)
     fields[: len(offsets)] = offsets + -(-arrays.work.ctypes.data // CACHE_LINE) * CACHE_LINE
     s = fields.view(SPACE)[0]
     s["q_max"], s["matrix_bytes"] = q_max, 8 * matrix
     s["n"], s["panels"], s["channels"], s["n_outputs"] = n, -(-n // BLOCK), channels, len(outputs)
-    s["cursor"], s["outputs"], s["saved"] = (array.ctypes.data for array in arrays[1:])
+    s["entry_room"], s["A_entries"], s["B_entries"] = room, A.pattern.entries, B.pattern.entries
+    for name, kernel in (("rhs", linear.rhs), ("jacobian", A.kernel), ("input_jacobian", B.kernel)):
+        s[name] = pointer(kernel, VECTOR_KERNEL, name)
+    for name in arrays._fields[1:]:
+        s[name] = getattr(arrays, name).ctypes.data
     return s, arrays
 
 
@@ -81,7 +108,7 @@ def _matrix(n: int, q_max: int) -> int:
 
 
 @cache
-def _places(n: int, channels: int, sines: int) -> tuple[NDArray[np.int64], int]:
+def _places(n: int, channels: int, sines: int, room: int) -> tuple[NDArray[np.int64], int]:
     """Offsets of the first fields of SPACE in bytes, and the length of the work space in numbers."""
     q_max = POWERS + 2 * sines
     width, q_width = (-(-size // BLOCK) * BLOCK for size in (n, q_max))
@@ -89,7 +116,9 @@ def _places(n: int, channels: int, sines: int) -> tuple[NDArray[np.int64], int]:
     lengths = {
         "A": width * n,
         "B": width * (channels + 1),
-        **dict.fromkeys(("scale", "x", "y", "y_next", "zeros"), width),
+        **dict.fromkeys(("scale", "x", "y", "y_next"), width),
+        "zeros": max(width, channels),
+        "entries": room,
         "values": POWERS * (channels + 1),
         "g": POWERS * width,
         "omega": sines,

@@ -5,27 +5,24 @@ other; a kernel gets a small compiled cover that calls it by its address. Inputs
 rate of one, du/dt, is that of -u in s.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.frame.events import Event, EventLog, OutputCrossing
 from qddot.runner.frame.output_times import check_within
 from qddot.runner.inputs.signal import C0, PHASE, InputTable
 from qddot.runner.machine.pointers import EVENT_SIGNATURE, call_event, call_kernel, call_matrix_kernel, pointer
+from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 
 if TYPE_CHECKING:
     from qddot.runner.methods import Method
-
-Vector = NDArray[np.float64]
 
 
 def integrate_backward(problem: Problem, method: "Method", options: Options) -> Trajectory:
@@ -48,8 +45,8 @@ def _mirrored(problem: Problem) -> Problem:
     return replace(
         problem,
         rhs=_cover(problem.rhs, "rhs"),
-        jacobian=None if problem.jacobian is None else _cover(problem.jacobian, "jacobian"),
-        linear=None if problem.linear is None else _mirrored_linear(problem.linear),
+        jacobian=_mirrored_jacobian(problem.jacobian),
+        input_jacobian=_mirrored_jacobian(problem.input_jacobian),
         t0=0.0 - problem.t0,
         t1=0.0 - problem.t1,
         sense=-problem.sense,
@@ -93,18 +90,15 @@ def _mirrored_event(event: Any) -> Any:
     return event
 
 
-def _mirrored_linear(linear: Any) -> Callable[[Vector, Vector, Vector], None]:
-    def turned(c: Vector, A: Vector, B: Vector) -> None:
-        linear(c, A, B)
-        A *= -1.0
-        B *= -1.0
-
-    return turned
+def _mirrored_jacobian(jacobian: Any) -> Any:
+    if isinstance(jacobian, PlacedKernel):
+        return replace(jacobian, kernel=_cover(jacobian.kernel, "values"))
+    return None if jacobian is None else _cover(jacobian, "jacobian")
 
 
 @cache
 def _cover(function: Any, kind: str) -> Any:
-    """A jitted function of s that calls this one at t = -s; rhs and jacobian with the other sign.
+    """A jitted function of s that calls this one at t = -s; rhs and Jacobians, their values, with the other sign.
 
     The address of the other stands in it as a number, so it is compiled anew in each process.
     """
@@ -125,7 +119,7 @@ def _cover(function: Any, kind: str) -> Any:
                     J[i, j] = -J[i, j]
 
         return njit(abi.MATRIX_KERNEL)(jacobian)
-    place, sign = pointer(function, abi.VECTOR_KERNEL, kind), -1.0 if kind == "rhs" else 1.0
+    place, sign = pointer(function, abi.VECTOR_KERNEL, kind), -1.0 if kind in ("rhs", "values") else 1.0
 
     def kernel(s, x, u, c, result):
         call_kernel(place, -s, x, u, c, result)

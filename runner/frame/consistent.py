@@ -74,11 +74,8 @@ class AlgebraicEquations:
 
     def _jacobian(self, x: Array) -> Array:
         self.jacobians += 1
-        n = len(x)
         if self.problem.jacobian is not None:
-            jacobian = np.empty((n, n))
-            self.problem.jacobian(self.t, x, self.u, self.problem.constants, jacobian)
-            return jacobian
+            return self.problem.jacobian_at(self.t, x, self.u)
         steps = np.sqrt(np.finfo(np.float64).eps) * np.maximum(np.abs(x), self.threshold)
         return (np.array([self.f(x + step) for step in np.diag(steps)]) - self.f(x)).T / steps
 

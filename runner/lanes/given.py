@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import checks
 from qddot.runner.checks import shown, unknown, whole
+from qddot.runner.equilibrium import still
 from qddot.runner.frame.spans import check_advances
 from qddot.runner.lanes.signals import count_runs
 from qddot.runner.load import Model
@@ -72,20 +73,19 @@ def initial_rows(model: Model, initial: Any) -> Floats:
 
 
 def guess_rows(model: Model, guess: Any) -> Floats:
-    """Coordinates (1 or runs, n_coordinates) where the searches for static states start; velocities do not matter."""
-    names = model.coordinate_names
-    return _rows(model, "guess", guess, "coordinate", names)[:, : len(names)]
+    """States (1 or runs, n_states) where the searches for static states start; velocities do not matter."""
+    return _rows(model, "guess", guess, "coordinate", [model.state_names[i] for i in still(model)[0]])
 
 
 def _rows(model: Model, what: str, given: Any, kind: str, names: Sequence[str]) -> Floats:
-    """Rows (1 or runs, n): of these names, where they are given by name; of states otherwise."""
+    """States (1 or runs, n_states), from an array or, these of them, by name."""
     if isinstance(given, Mapping):
         columns = {name: numbers(f"{what} {name}", value) for name, value in given.items()}
-        x = np.zeros((agreed_count(None, columns, None), len(names)))
+        x = np.zeros((agreed_count(None, columns, None), len(model.state_names)))
         for name, column in columns.items():
             if name not in names:
                 raise ValueError(f"model {model.name}: {unknown(kind, name, names)}")
-            x[:, names.index(name)] = column
+            x[:, model.state_names.index(name)] = column
         return x
     n = len(model.state_names)
     x = np.atleast_2d(checks.numbers(what, given, f"(runs, {n}) of finite numbers"))

@@ -47,7 +47,7 @@ def _problem(task: "Task", run: int) -> Problem:
         inputs=table_of(task.inputs, run),
         n_inputs=model.tables.rhs_inputs,
         state_names=model.state_names,
-        jacobian=model.kernel("jacobian") if task.method.stiff else None,
+        jacobian=model.matrix("jacobian") if task.method.stiff else None,
         by_item=True,
     )
 

@@ -8,7 +8,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest
+from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest, still
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.lanes.signals import BatchTable
 from qddot.runner.load import Model
@@ -30,30 +30,17 @@ def _call_constants(typing_context: Any, where: Any, p: Any, c: Any) -> Any:
     return caller(abi.SIGNATURES["constants"])
 
 
-@intrinsic
-def _call_jacobian(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, J: Any) -> Any:
-    """Call the kernel jacobian(t, x, u, c, J) at an address."""
-    return caller(abi.MATRIX_KERNEL)
-
-
 def _constants(where, p, c):
     for run in range(len(p)):
         _call_constants(where, p[run], c[run])
 
 
-def _slopes(where, t, x, u, c, dx):
+def _results(where, t, x, u, c, results):
     for run in range(len(x)):
-        call_kernel(where, t[run], x[run], u[run], c[run], dx[run])
-
-
-def _jacobians(where, t, x, u, c, J):
-    for run in range(len(x)):
-        _call_jacobian(where, t[run], x[run], u[run], c[run], J[run])
+        call_kernel(where, t[run], x[run], u[run], c[run], results[run])
 
 
 _TABLE = types.Array(types.float64, 2, "C")
-_STACK = types.Array(types.float64, 3, "C")
-_POINT = (types.int64, abi.VECTOR, _TABLE, _TABLE, _TABLE)
 
 
 @cache
@@ -62,13 +49,8 @@ def _compiled_constants() -> Any:
 
 
 @cache
-def _compiled_slopes() -> Any:
-    return compiled(types.void(*_POINT, _TABLE))(_slopes)
-
-
-@cache
-def _compiled_jacobians() -> Any:
-    return compiled(types.void(*_POINT, _STACK))(_jacobians)
+def _compiled_results() -> Any:
+    return compiled(types.void(types.int64, abi.VECTOR, _TABLE, _TABLE, _TABLE, _TABLE))(_results)
 
 
 def _address(model: Model, name: str) -> int:
@@ -102,36 +84,36 @@ def inputs_at(table: BatchTable, t: Floats) -> Floats:
 def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats, guess: Floats) -> tuple[Floats, dict[int, str]]:
     """The static equilibria (runs, n_states) for constants c (runs, n_constants), with the inputs at t0 (runs,).
 
-    guess: the coordinates (runs, n_coordinates) at which the searches start.
+    guess: the states (runs, n_states) at which the searches start; velocities do not matter.
     Newton's method for all runs at once; runs it does not settle are searched for one by one, as in `equilibrium`.
     A run that has none is a row of NaN, its reason under its number. Raises EquilibriumError where no run has one.
     """
-    runs, n = len(c), len(model.coordinate_names)
-    x, u = np.hstack([guess, np.zeros((runs, n))]), inputs_at(table, t0)
-    slopes, matrices = np.zeros((runs, 2 * n)), np.zeros((runs, 2 * n, 2 * n))
+    runs, (free, rows), pattern = len(c), still(model), model.tables.patterns["jacobian"]
+    x, u = np.zeros((runs, len(model.state_names))), inputs_at(table, t0)
+    x[:, free] = guess[:, free]
+    slopes, entries = np.zeros_like(x), np.zeros((runs, pattern.entries))
     rhs, jacobian = _address(model, "rhs"), _address(model, "jacobian")
     settled = np.zeros(runs, dtype=bool)
     with np.errstate(all="ignore"):
         for _ in range(MOST_ITERATIONS):
             try:
-                _compiled_slopes()(rhs, t0, x, u, c, slopes)
-                _compiled_jacobians()(jacobian, t0, x, u, c, matrices)
-                r, J = slopes[:, n:], matrices[:, n:, :n]
+                _compiled_results()(rhs, t0, x, u, c, slopes)
+                _compiled_results()(jacobian, t0, x, u, c, entries)
+                r, J = slopes[:, rows], pattern.dense(entries)[:, rows[:, None], free]
                 scale = np.abs(J).max(axis=2, initial=0.0, keepdims=True)
                 inverse = np.linalg.inv(J / scale)
             except np.linalg.LinAlgError:
                 break
-            condition = np.abs(inverse).sum(axis=2).max(axis=1) * n
-            terms = (np.abs(J) @ np.abs(x[:, :n, None]))[:, :, 0] + 1.0
+            condition = np.abs(inverse).sum(axis=2).max(axis=1) * len(free)
+            terms = (np.abs(J) @ np.abs(x[:, free, None]))[:, :, 0] + 1.0
             settled = (np.abs(r) <= 1e-3 * AT_REST * terms).all(axis=1) & (condition < DOUBTFUL)
             if settled.all():
                 break
-            x[~settled, :n] -= (inverse @ (r[:, :, None] / scale))[~settled, :, 0]
+            x[:, free] -= np.where(settled[:, None], 0.0, (inverse @ (r[:, :, None] / scale))[:, :, 0])
     reasons: dict[int, str] = {}
     for run in map(int, np.flatnonzero(~(settled & np.isfinite(x).all(axis=1)))):
         try:
-            start = np.concatenate([guess[run], np.zeros(n)])
-            x[run] = rest(model, c[run], table_of(table, run), float(t0[run]), start)
+            x[run] = rest(model, c[run], table_of(table, run), float(t0[run]), guess[run])
         except EquilibriumError as error:
             x[run], reasons[run] = np.nan, str(error)
     if runs and len(reasons) == runs:

@@ -111,8 +111,8 @@ def make_task(
     x0 = None if initial is None else initial_rows(model, initial)
     if initial is not None and guess is not None:
         raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
-    q0 = np.zeros((1, len(model.coordinate_names))) if guess is None else guess_rows(model, guess)
-    rows = {"span": t0, "the end of the span": t1, "parameters": p[:, 0], "initial": x0, "guess": q0}
+    near = np.zeros((1, len(model.state_names))) if guess is None else guess_rows(model, guess)
+    rows = {"span": t0, "the end of the span": t1, "parameters": p[:, 0], "initial": x0, "guess": near}
     count = agreed_count(runs, rows, inputs)
     t0, t1 = np.broadcast_to(t0, count).copy(), np.broadcast_to(t1, count).copy()
     check_spans(t0, t1, method, options)
@@ -121,7 +121,7 @@ def make_task(
     n = len(model.state_names)
     rtol, atol = options.tolerances(n)
     if x0 is None:
-        start, reasons = equilibria(model, constants, table, t0, np.broadcast_to(q0, (count, q0.shape[1])))
+        start, reasons = equilibria(model, constants, table, t0, np.broadcast_to(near, (count, near.shape[1])))
     else:
         start, reasons = np.broadcast_to(x0, (count, n)).copy(), dict[int, str]()
     times, columns = output_rows(output_times, t0, t1), wanted_columns(model, names)

@@ -58,14 +58,8 @@ def call_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any,
 
 @intrinsic
 def call_matrix_kernel(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
-    """Call kernel(t, x, u, c, J) of the calling convention at an address."""
+    """Call jacobian(t, x, u, c, J) of `solve`, which fills a matrix, at an address."""
     return caller(abi.MATRIX_KERNEL)
-
-
-@intrinsic
-def call_linear(typing_context: Any, where: Any, c: Any, A: Any, B: Any) -> Any:
-    """Call the kernel linear(c, A, B) of the calling convention (see `abi`) at an address."""
-    return caller(abi.SIGNATURES["linear"])
 
 
 @intrinsic

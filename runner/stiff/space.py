@@ -12,6 +12,7 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.linear_algebra import find_lapack
 from qddot.runner.machine.memory import VIEW, matrix
 from qddot.runner.machine.pointers import pointer
+from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem
 
@@ -43,9 +44,12 @@ def control_type(own: list[Any]) -> np.dtype:
     return np.dtype([*CONTROL, *own], align=True)
 
 
-#: Fields beside those of every space. jacobian_kernel, 0 where there is none; work: the vectors, (rows, n); mass, its
-#: pseudo_inverse, jacobian, factors (n, n); pivots (n,). getrf, getrs: LAPACK's.
-SPACE = space_layout("jacobian_kernel rows mass pseudo_inverse jacobian factors pivots getrf getrs")
+#: Fields beside those of every space. jacobian_kernel, 0 where there is none; `entries` values (entries,) of it and
+#: their places in the matrix (entries,), places 0 where it fills the matrix itself; work: the vectors, (rows, n); mass,
+#: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). getrf, getrs: LAPACK's.
+SPACE = space_layout(
+    "jacobian_kernel entries values places rows mass pseudo_inverse jacobian factors pivots getrf getrs"
+)
 
 
 @compiled(**VIEW)
@@ -65,7 +69,7 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
 
     Raises ValueError for a mass matrix of the wrong shape, or an atol that is not one number or one for each state.
     """
-    n, kernel, mass = len(problem.initial_state), problem.jacobian, mass_matrix(problem)
+    n, mass = len(problem.initial_state), mass_matrix(problem)
     own: dict[str, NDArray[Any]] = {
         "work": _initial_vectors(problem, options, rows),
         "mass": mass,
@@ -74,12 +78,20 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
         "factors": np.zeros((n, n)),
         "pivots": np.zeros(n, dtype=np.int64),
     }
+    kernel, entries = 0, 0
+    if isinstance(problem.jacobian, PlacedKernel):
+        entries = problem.jacobian.pattern.entries
+        kernel = pointer(problem.jacobian.kernel, VECTOR_KERNEL, "jacobian")
+        own |= {"values": np.zeros(entries), "places": problem.jacobian.pattern.places()}
+    elif problem.jacobian is not None:
+        kernel = pointer(problem.jacobian, MATRIX_KERNEL, "jacobian")
     return make_space(
         SPACE,
         problem,
         own,
         rhs=pointer(problem.rhs, VECTOR_KERNEL, "rhs"),
-        jacobian_kernel=0 if kernel is None else pointer(kernel, MATRIX_KERNEL, "jacobian"),
+        jacobian_kernel=kernel,
+        entries=entries,
         rows=rows,
         stride=8 * n,
         **find_lapack(n)._asdict(),

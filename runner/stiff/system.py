@@ -6,8 +6,9 @@ from qddot.runner.frame.space import constants, input_values, set_inputs, states
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.linear_algebra import factorize, solve
-from qddot.runner.machine.memory import LEAN, integers
+from qddot.runner.machine.memory import LEAN, floats, integers
 from qddot.runner.machine.pointers import call_kernel, call_matrix_kernel
+from qddot.runner.matrices import scatter
 from qddot.runner.stiff.space import (
     DEGREE,
     F_OPPOSITE,
@@ -41,13 +42,26 @@ def evaluate_f(space, s, t, row, target):
 
 
 @compiled(**LEAN)
-def all_finite(space, square_matrix):
-    """Whether every entry of an (n, n) matrix is finite: a sum over 0 * entry is NaN where one is not."""
+def all_finite(entries):
+    """Whether all are finite: a sum over 0 * entry is NaN where one is not."""
     total = 0.0
-    for i in range(space.n):
-        for j in range(space.n):
-            total += 0.0 * square_matrix[i, j]
+    for i in range(len(entries)):
+        total += 0.0 * entries[i]
     return total == 0.0
+
+
+@compiled(**LEAN)
+def kernel_jacobian(space, t):
+    """Write df/dx at (t, v[X]) by its kernel; whether it is finite."""
+    x, u, c = states(space, X), input_values(space), constants(space)
+    if space.places == 0:
+        jacobian = square(space, space.jacobian)
+        call_matrix_kernel(space.jacobian_kernel, t, x, u, c, jacobian)
+        return all_finite(floats(space.jacobian, space.n * space.n))
+    values = floats(space.values, space.entries)
+    call_kernel(space.jacobian_kernel, t, x, u, c, values)
+    scatter(space.values, space.places, space.entries, space.jacobian, space.n * space.n)
+    return all_finite(values)
 
 
 @compiled(**LEAN)
@@ -62,11 +76,8 @@ def evaluate_jacobian(space, s, v, t, typical_step):
     n = space.n
     jacobian = square(space, space.jacobian)
     s.jacobians += 1
-    if space.jacobian_kernel != 0:
-        x = states(space, X)
-        call_matrix_kernel(space.jacobian_kernel, t, x, input_values(space), constants(space), jacobian)
-        if all_finite(space, jacobian):
-            return
+    if space.jacobian_kernel != 0 and kernel_jacobian(space, t):
+        return
     for i in range(n):
         v[SHIFTED, i] = v[X, i]
     for j in range(n):

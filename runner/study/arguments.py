@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from qddot.runner.checks import unknown
+from qddot.runner.equilibrium import still
 from qddot.runner.files import named_code
 from qddot.runner.load import Model, load
 from qddot.runner.study.amounts import Amounts
@@ -67,7 +68,8 @@ def _guess(study: Study, model: Model, amounts: Amounts) -> dict[str, float] | N
         raise amounts.wrong(
             "equilibrium_guess", "the study gives [initial], so no equilibrium is sought; leave one out"
         )
-    units = {state.name: state.unit for state in model.tables.states if state.name in model.coordinate_names}
+    sought = [model.tables.states[i] for i in still(model)[0]]
+    units = {state.name: state.unit for state in sought}
     return _named("equilibrium_guess", "coordinate", study.equilibrium_guess, units, amounts)
 
 

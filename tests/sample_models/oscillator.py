@@ -2,6 +2,7 @@
 
 from numba import njit
 
+CONVENTION = 2
 NAME = "oscillator"
 TITLE = "Damped driven oscillator on a moving support"
 
@@ -9,6 +10,7 @@ STATE = (
     ("q_1", "m", "displacement of the mass"),
     ("qdot_1", "m/s", "velocity of the mass"),
 )
+COORDINATES = 1
 INPUT = (
     ("F", "", "N", "force on the mass"),
     ("z_1", "", "m", "displacement of the support"),
@@ -32,6 +34,9 @@ PARAMETER_SETS = {
 CONSTANT = ("k_1", "b_1", "g", "m_1", "one_over_m_1")
 LINEAR = True
 MASS_MATRIX = "constant"
+JACOBIAN = ((1,), (0, 1))
+INPUT_JACOBIAN = ((), (0, 1, 2))
+MASS = ((0,),)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -55,18 +60,25 @@ def rhs(t, x, u, c, dx):
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def jacobian(t, x, u, c, J):
-    """J[i, j] = d dx[i] / d x[j]."""
-    J[0, 0] = 0.0
-    J[0, 1] = 1.0
-    J[1, 0] = -c[0] * c[4]
-    J[1, 1] = -c[1] * c[4]
+def jacobian(t, x, u, c, values):
+    """Derivative of rhs by the state."""
+    values[0] = 1.0
+    values[1] = -c[0] * c[4]
+    values[2] = -c[1] * c[4]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def mass(t, x, u, c, M):
+def input_jacobian(t, x, u, c, values):
+    """Derivative of rhs by the inputs."""
+    values[0] = c[4]
+    values[1] = c[0] * c[4]
+    values[2] = c[1] * c[4]
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def mass(t, x, u, c, values):
     """Mass matrix."""
-    M[0, 0] = c[3]
+    values[0] = c[3]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -88,21 +100,3 @@ def outputs(t, x, u, c, y):
 
     y[0] = (u[0] + spring - c[1] * (x[1] - u[2])) * c[4] - c[2]
     y[1] = spring
-
-
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def linear(c, A, B):
-    """dx = A x + B [u, 1]."""
-    A[0, 0] = 0.0
-    A[0, 1] = 1.0
-    A[1, 0] = -c[0] * c[4]
-    A[1, 1] = -c[1] * c[4]
-
-    B[0, 0] = 0.0
-    B[0, 1] = 0.0
-    B[0, 2] = 0.0
-    B[0, 3] = 0.0
-    B[1, 0] = c[4]
-    B[1, 1] = c[0] * c[4]
-    B[1, 2] = c[1] * c[4]
-    B[1, 3] = -c[2]
