@@ -5,7 +5,7 @@ from pathlib import Path
 from qddot import model
 from qddot.codegen.generate import Change, apply, changes
 from qddot.codegen.sources import find
-from qddot.words import be, counted
+from qddot.words import be, counted, from_here
 
 #: Where shipped models' files go: a folder where the user stands.
 FOLDER = Path("generated")
@@ -19,7 +19,7 @@ def generate(names: tuple[str, ...], into: Path | None, check: bool, diff: bool)
         raise ValueError("--diff says how files differ, which --check looks for: give both, or neither")
     systems = find(names)
     folder = into or FOLDER
-    own = [source for source in systems if not source.startswith("model/")]
+    own = [source for source in systems if source.own]
     if own and into is None:
         raise ValueError(f"{own[0]} is a model of your own: say where its files go, with --into FOLDER")
     found = changes(systems, folder, whole=not names and folder.resolve() == GENERATED.resolve())
@@ -27,7 +27,7 @@ def generate(names: tuple[str, ...], into: Path | None, check: bool, diff: bool)
         return _judge(found, folder, diff)
     apply(found)
     for change in found:
-        print(f"{'removed' if change.after is None else 'wrote'} {shown(change.path)}")
+        print(f"{'removed' if change.after is None else 'wrote'} {from_here(change.path)}")
     untouched = 2 * len(systems) - sum(change.after is not None for change in found)
     if untouched:
         print(f"{counted(untouched, 'file')} {be(untouched)} as the models give {'it' if untouched == 1 else 'them'}")
@@ -37,21 +37,16 @@ def generate(names: tuple[str, ...], into: Path | None, check: bool, diff: bool)
 def _judge(found: list[Change], folder: Path, diff: bool) -> int:
     """Print which files are stale, the verdict first, and behind the differences once more."""
     if not found:
-        print(f"{shown(folder)} is what the models give")
+        print(f"{from_here(folder)} is what the models give")
         return 0
     them = "it" if len(found) == 1 else "them"
     verdict = f"{counted(len(found), 'file')} {be(len(found))} stale; --diff shows how; without --check, "
     verdict += f"the same command writes {them}"
     print(verdict)
     for change in found:
-        print(f"  {change.kind:9}{shown(change.path)}")
+        print(f"  {change.kind:9}{from_here(change.path)}")
     if diff:
         for change in found:
             print(change.diff(), end="")
         print(verdict)
     return 1
-
-
-def shown(path: Path) -> Path:
-    """A path as a person would type it: from here where it lies below."""
-    return path.relative_to(Path.cwd()) if path.is_absolute() and path.is_relative_to(Path.cwd()) else path

@@ -9,14 +9,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from ruff.__main__ import find_ruff_bin
 
+from qddot import origin
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.tex import tex
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
 from qddot.codegen.render import module
+from qddot.codegen.sources import Source
 from qddot.codegen.wall import check_module
 from qddot.model.system import ModelError, System
 
@@ -54,15 +57,18 @@ def generate(system: System, into: str | Path) -> Path:
         made = f": call it, {system.__name__}()" if callable(system) and hasattr(system, "__name__") else ""
         raise ModelError(f"generate: found {reprlib.repr(system)}, expected a qddot.model.System{made}")
     folder = Path(into)
-    apply(changes({f"a system made by a program, {system.name}": system}, folder, whole=False))
+    apply(changes({Source(f"a system made by a program, {system.name}"): system}, folder, whole=False))
     return folder / f"{system.name}.py"
 
 
-def artefacts(system: System, source: str) -> dict[str, str]:
-    """All texts of one model by file name, before the formatter."""
+def artefacts(system: System, source: str, files: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
+    """All texts of one model by file name, before the formatter.
+
+    source: as headers say it; files: the digests of what was read, by what headers call it, see `qddot.origin`.
+    """
     equations = derive(system)
     try:
-        kernels = module(lower(equations), source)
+        kernels = module(lower(equations), source, [origin.line(*each) for each in files.items()])
         check_module(kernels)
     except ModelError as error:
         raise ModelError(f"model {system.name}: {error}") from error
@@ -82,13 +88,24 @@ def formatted(texts: Mapping[str, str]) -> dict[str, str]:
         return {name: (Path(folder) / name).read_text("utf-8") for name in texts}
 
 
-def changes(systems: Mapping[str, System], folder: Path, *, whole: bool) -> list[Change]:
-    """What would have to change in the folder; with `whole`, generated files that no model gives are orphans."""
+def changes(systems: Mapping[Source, System], folder: Path, *, whole: bool) -> list[Change]:
+    """What would have to change in the folder; with `whole`, generated files that no model gives are orphans.
+
+    Raises ModelError where two models have one name, or where a file would be replaced that was not generated.
+    """
     texts: dict[str, str] = {}
     for source, system in systems.items():
-        texts |= artefacts(system, source)
+        made = artefacts(system, str(source), origin.origin(source.files, folder))
+        if made.keys() & texts.keys():
+            raise ModelError(
+                f"{source}: another of these models is called {system.name}, too: give each its own folder"
+            )
+        texts |= made
     expected = {folder / name: text for name, text in formatted(texts).items()}
     present = {path: path.read_text("utf-8") for path in expected if path.is_file()}
+    for path, text in present.items():
+        if text and not text.startswith(_MARKS):
+            raise ModelError(f"{path} was not generated, and is not replaced: move it, or give another folder")
     found = [Change(path, present.get(path), text) for path, text in expected.items() if present.get(path) != text]
     if whole:
         others = sorted(path for kind in ("*.py", "*.tex") for path in folder.glob(kind) if path not in expected)

@@ -1,6 +1,6 @@
 """Programs as text: what the templates are given, all strings finished."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import sympy
@@ -12,8 +12,11 @@ from qddot.codegen.printer import Printer
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
 
 
-def module(program: Program, source: str) -> str:
-    """The Python module of a model, before the formatter; `source` names the model file in the header."""
+def module(program: Program, source: str, origin: Sequence[str]) -> str:
+    """The Python module of a model, before the formatter.
+
+    source: names the model file in the header; origin: its lines with the digests of what was read.
+    """
     equations = program.equations
     functions = [_function(program, name, program.kernels[name]) for name in HEADS if name in program.kernels]
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
@@ -22,6 +25,7 @@ def module(program: Program, source: str) -> str:
         .get_template("kernels.py.jinja")
         .render(
             source=source,
+            origin=origin,
             sympy=sympy.__version__,
             system=equations.system,
             state=_state_table(program),

@@ -69,7 +69,7 @@ def reserved() -> frozenset[str]:
     They are read off the template, rendered without a model's lines, and off what the printer writes.
     """
     single = {"source": "", "sympy": "", "mass_matrix": "", "coordinates": 0, "rhs_inputs": 0, "linear": False}
-    tables = dict.fromkeys(("state", "inputs", "positions", "outputs", "parameters", "constants"), ())
+    tables = dict.fromkeys(("origin", "state", "inputs", "positions", "outputs", "parameters", "constants"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": {}}
     text = (
         environment("python")

@@ -4,8 +4,9 @@ To add one: a line here, and a function that gives the exit status.
 """
 
 import argparse
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -38,11 +39,29 @@ def _call(room: str, name: str, /, **given: Any) -> int:
 
 
 def _compute(room: str, name: str, /, **given: Any) -> int:
-    """`_call` of what compiles and integrates: who waits for numba is told."""
-    from qddot.runner.report.progress import compilation_told
-
-    with compilation_told():
+    """`_call` of what compiles and integrates, see `_working`."""
+    with _working():
         return _call(room, name, **given)
+
+
+@contextmanager
+def _working() -> Iterator[None]:
+    """Within the block, kernels are those that models give now, and who waits for numba is told."""
+    from qddot.runner.report.progress import compilation_told
+    from qddot.runner.stale import anew, choosing
+
+    with (
+        compilation_told(),
+        choosing(anew(_generate, lambda line: print(f"note: {line}", file=sys.stderr, flush=True))),
+    ):
+        yield
+
+
+def _generate(model: str, into: Path) -> None:
+    from qddot.codegen.generate import apply, changes
+    from qddot.codegen.sources import find
+
+    apply(changes(find((model,)), into, whole=False))
 
 
 def _run(study: Path, into: Path, figure: bool | None, settings: Sequence[str], row: int | None) -> int:
@@ -60,9 +79,8 @@ def _batch(figure: bool | None, **given: Any) -> int:
 def _report(claims: Path, into: Path, pdf: bool) -> int:
     from qddot.codegen.equations.command import equations_page
     from qddot.paper.command import write_report
-    from qddot.runner.report.progress import compilation_told
 
-    with compilation_told():
+    with _working():
         write_report(claims, equations_page("m113"), into, pdf)
     return 0
 
@@ -161,6 +179,10 @@ COMMANDS = {
             _argument("--workers", type=int, help="Compute in so many Dask worker processes."),
             _argument("--scheduler", metavar="TCP://...", help="Compute on a Dask scheduler's workers."),
             _flag("--fresh", "Remove a store that is there, and compute all again."),
+            _flag(
+                "--keep-kernels",
+                "Keep to the kernels that the store was begun with, though the model changed.",
+            ),
             _FIGURE,
         ),
     ),

@@ -1,6 +1,7 @@
 """Words of messages that every room needs: a noun that is counted, and the name that was meant."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 
 def counted(number: int, noun: str) -> str:
@@ -28,3 +29,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
     close = get_close_matches(name, sorted(known), n=1)
     return f"; did you mean {close[0]}?" if close else ""
+
+
+def from_here(path: Path) -> str:
+    """A path as a person would type it: from where they stand, if it lies below."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_absolute() and path.is_relative_to(here) else path)

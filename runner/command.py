@@ -11,7 +11,7 @@ from rich.markup import escape
 from qddot.runner.checks import unknown
 from qddot.runner.equilibrium import EquilibriumError, equilibrium, still
 from qddot.runner.files import named, ready
-from qddot.runner.load import Model, available, load
+from qddot.runner.load import Model, available, load, load_as_it_stands
 from qddot.runner.machine.compiling import compiled_for
 from qddot.runner.modes import ModesError, modes
 from qddot.runner.report.background import Drawing
@@ -113,7 +113,7 @@ def catalogue(what: str) -> int:
     if what in ("all", "models"):
         console.print("[bold]Models[/bold]")
         for name in available():
-            console.print(f"  {name:18}{load(name).tables.title}", highlight=False)
+            console.print(f"  {name:18}{load_as_it_stands(name).tables.title}", highlight=False)
     if what in ("all", "studies"):
         console.print("[bold]Studies[/bold]")
         for path in sorted(STUDIES.glob("*.toml")):

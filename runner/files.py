@@ -5,8 +5,9 @@ import hashlib
 import os
 import re
 import secrets
+import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 #: The longest name that is made of what was asked for.
@@ -54,6 +55,30 @@ def folder_ready(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, "no file can be written into this folder", str(folder))
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Have one process at a time make and remove what stands in a folder, where its file system has locks."""
+    import fcntl  # noqa: PLC0415 - of POSIX systems; a lock ends with the process, however it ends
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def keep_newest(folder: Path, pattern: str, most: int) -> None:
+    """Remove all but the newest so many of the folders in `folder` whose names fit the pattern."""
+    ages: list[tuple[float, Path]] = []
+    for path in folder.glob(pattern):
+        with suppress(FileNotFoundError):  # another process may be tidying too
+            ages.append((path.stat().st_mtime, path))
+    for _, old in sorted(ages)[:-most]:
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def named(stem: str, **tags: Sequence[object]) -> str:

@@ -22,6 +22,7 @@ from qddot.runner import abi
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.machine.compiled import keeping_module
 from qddot.runner.matrices import PlacedKernel
+from qddot.runner.stale import fitting, kernel_digest
 from qddot.runner.tables import LoadError, Tables, read_tables
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
@@ -34,7 +35,7 @@ Parameters = str | Mapping[str, float] | tuple[str | None, Mapping[str, float]] 
 class Model:
     """A generated model: its tables and its kernels, which compile when first asked for.
 
-    source: what `load` found it by, a name in `generated` or a path; digest: of the module's text. That is all that a
+    source: what `load` found it by, a name in `generated` or a path; digest: of its kernels. That is all that a
     pickled model carries: it is loaded again where it is unpickled, and must be the same there. A copy is the model.
     """
 
@@ -172,13 +173,25 @@ def available() -> tuple[str, ...]:
 def load(name_or_path: str | Path) -> Model:
     """The model of this name in `generated`, or the generated module in this file.
 
-    Raises LoadError where there is none (with the nearest name), where the module cannot be imported, or where its
-    tables and kernels are not as they should be.
+    Warns, `StaleKernels`, where the model changed since. Raises LoadError where there is none (with the nearest name),
+    where the module cannot be imported, or where its tables and kernels are not as they should be.
     """
+    return load_for(Path(), name_or_path)
+
+
+def load_for(study: Path, name_or_path: str | Path) -> Model:
+    """As `load`; study: the folder beside which kernels are kept that a command had to generate, see `stale`."""
     if not isinstance(name_or_path, str | Path):
         raise LoadError(f"name_or_path is {shown(name_or_path)}, expected a model's name or the path of a module")
-    path = Path(name_or_path)
-    by_path = isinstance(name_or_path, Path) or path.suffix == ".py" or len(path.parts) > 1
+    path = _place(name_or_path)
+    chosen = fitting(path, study)
+    return load_as_it_stands(name_or_path if chosen == path else chosen)
+
+
+def load_as_it_stands(name_or_path: str | Path) -> Model:
+    """As `load`, whether or not the model changed since: what workers and pickled models ask for."""
+    path = _place(name_or_path)
+    by_path = _is_path(name_or_path)
     module = _module_at(path) if by_path else _generated_module(str(name_or_path))
     source = str(path.resolve()) if by_path else str(name_or_path)
     digest = _digest(module)
@@ -186,6 +199,22 @@ def load(name_or_path: str | Path) -> Model:
     if known is None or known.module is not module:
         known = _loaded[source, digest] = Model(read_tables(module), module, source, digest)
     return known
+
+
+def _is_path(name_or_path: str | Path) -> bool:
+    return isinstance(name_or_path, Path) or name_or_path.endswith(".py") or len(Path(name_or_path).parts) > 1
+
+
+def _place(name_or_path: str | Path) -> Path:
+    """The file of a generated module. Raises LoadError where there is none."""
+    if not _is_path(name_or_path):
+        if name_or_path not in available():
+            raise LoadError(unknown("model", str(name_or_path), available()))
+        return Path(generated.__file__).resolve().parent / f"{name_or_path}.py"
+    path = Path(name_or_path)
+    if not path.is_file():
+        raise LoadError(f"no file {path}; models by name: {', '.join(available()) or 'none'}")
+    return path
 
 
 #: Models by source and digest, for those that are unpickled where they have been loaded before.
@@ -201,17 +230,17 @@ def as_model(model: Any) -> Model:
 
 
 def _digest(module: ModuleType) -> str:
-    """SHA-256 of the text that this module was made from: of its file when it was first loaded."""
-    text = Path(module.__file__ or "").read_bytes()
-    digest: str = vars(module).setdefault("_qddot_digest", hashlib.sha256(text).hexdigest())
-    return digest
+    """The digest of this module's kernels: of its file when it was first loaded."""
+    if "_qddot_digest" not in vars(module):
+        module._qddot_digest = kernel_digest(Path(module.__file__ or ""))  # type: ignore[attr-defined]
+    return str(module._qddot_digest)
 
 
 def _unpickled(name: str, source: str, digest: str) -> Model:
     """The model that was pickled, loaded by its name or path; LoadError where it is another one here."""
     if (source, digest) in _loaded:
         return _loaded[source, digest]
-    model = load(Path(source) if Path(source).is_absolute() else source)
+    model = load_as_it_stands(Path(source) if Path(source).is_absolute() else source)
     if model.digest != digest:
         raise LoadError(
             f"model {name}: {model.module.__file__} is not the module that was pickled: its digest is "
@@ -221,8 +250,6 @@ def _unpickled(name: str, source: str, digest: str) -> Model:
 
 
 def _generated_module(name: str) -> ModuleType:
-    if name not in available():
-        raise LoadError(unknown("model", name, available()))
     try:
         with keeping_module(Path(generated.__file__)):
             return importlib.import_module(f"qddot.generated.{name}")
@@ -231,8 +258,6 @@ def _generated_module(name: str) -> ModuleType:
 
 
 def _module_at(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise LoadError(f"no file {path}; models by name: {', '.join(available()) or 'none'}")
     # Numba imports a cached kernel's module by name: the name must be known, the file's own, and the same next time.
     name = f"generated_{path.stem}_{hashlib.sha256(bytes(path.resolve())).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, path)

@@ -116,10 +116,9 @@ def test_a_folder_copied_with_its_compiled_code_loads(tmp_path):
     first = tmp_path / "first"
     first.mkdir()
     shutil.copy2(SAMPLE, first / "copied.py")
-    before = set(sys.modules)
-    _constants(load(first / "copied.py"))
-    for name in set(sys.modules) - before:
-        del sys.modules[name]  # as in a new process
+    model = load(first / "copied.py")
+    _constants(model)
+    del sys.modules[model.module.__name__]  # as in a new process
     shutil.copytree(first, tmp_path / "second")
     shutil.rmtree(first)
     assert list((tmp_path / "second" / "__pycache__").glob("copied.constants*.nbc"))

@@ -11,7 +11,7 @@ from qddot.codegen.compare.sheet import read
 from qddot.codegen.compare.tree import CompareError
 from qddot.codegen.compare.wording import accounts
 from qddot.codegen.lagrange import derive
-from qddot.codegen.sources import find
+from qddot.codegen.sources import Source, find
 from qddot.model.system import ModelError, System
 
 
@@ -26,7 +26,7 @@ def run(path: Path, name: str | None, form: str) -> int:
     found = accounts(sheet, equations, compare(sheet, equations))
     dotted = frozenset(map(str, (*equations.coordinates, *equations.inputs)))
     if form == "json":
-        said = {"file": str(path), "model": source, "summary": summary(found), "equations": records(found, dotted)}
+        said = {"file": str(path), "model": str(source), "summary": summary(found), "equations": records(found, dotted)}
         print(json.dumps(said, indent=1, ensure_ascii=False))
     elif form == "latex":
         print(latex(found, f"{path.name} against {source}", dotted), end="")
@@ -36,7 +36,7 @@ def run(path: Path, name: str | None, form: str) -> int:
     return 0 if all(each.equal for each in found) else 1
 
 
-def _model(path: Path, given: str | None, chosen: str) -> Mapping[str, System]:
+def _model(path: Path, given: str | None, chosen: str) -> Mapping[Source, System]:
     """The model by its source; CompareError names the file where that is what asked for it."""
     try:
         return find((chosen,))

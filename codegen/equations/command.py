@@ -3,7 +3,6 @@
 import shutil
 from pathlib import Path
 
-from qddot.codegen.command import shown
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.page import html
 from qddot.codegen.equations.terminal import text
@@ -12,6 +11,7 @@ from qddot.codegen.equations.typeset import TypesetError, pdf
 from qddot.codegen.generate import write_atomically
 from qddot.codegen.lagrange import derive
 from qddot.codegen.sources import find
+from qddot.words import from_here
 
 
 def equations(names: tuple[str, ...], into: Path, quiet: bool) -> int:
@@ -19,7 +19,7 @@ def equations(names: tuple[str, ...], into: Path, quiet: bool) -> int:
     width = min(shutil.get_terminal_size((100, 24)).columns, 120)
     missing: TypesetError | None = None
     for source, system in find(names).items():
-        document = describe(derive(system), source)
+        document = describe(derive(system), str(source))
         if not quiet:
             print(text(document, width))
         write_atomically(into / f"{system.name}.html", html(document))
@@ -31,7 +31,7 @@ def equations(names: tuple[str, ...], into: Path, quiet: bool) -> int:
             except TypesetError as error:
                 missing = error
         for path in written:
-            print(f"wrote {shown(path)}")
+            print(f"wrote {from_here(path)}")
     if missing is not None:
         print(f"no PDF: {missing}")
     return 0
@@ -40,4 +40,4 @@ def equations(names: tuple[str, ...], into: Path, quiet: bool) -> int:
 def equations_page(name: str) -> str:
     """The equations of a model as a complete HTML page."""
     ((source, system),) = find((name,)).items()
-    return html(describe(derive(system), source))
+    return html(describe(derive(system), str(source)))

@@ -16,6 +16,7 @@ from qddot.runner.batch.job import Job, job_of
 from qddot.runner.batch.stopping import Wish
 from qddot.runner.batch.store import Store, StoreError
 from qddot.runner.batch.threads import compute_and_write
+from qddot.runner.load import Model
 from qddot.runner.study.read import StudyError
 
 #: How often a block may end its worker before the batch gives up.
@@ -77,7 +78,14 @@ def on_workers(
     import dask  # noqa: PLC0415 - an optional library
     from distributed import KilledWorker, as_completed, wait  # noqa: PLC0415
 
-    ticket = (str(job.path.resolve()), job.text, _Frozen(job.tree | job.own), str(store.path.resolve()), job.block)
+    ticket = (
+        str(job.path.resolve()),
+        job.text,
+        _Frozen(job.tree | job.own),
+        job.model,
+        str(store.path.resolve()),
+        job.block,
+    )
     todo = iter(blocks)
 
     def submitted(count: int) -> list[Any]:
@@ -135,8 +143,8 @@ def _remote(ticket: tuple[Any, ...], index: int) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=2)
-def _opened(path: str, text: str, tree: _Frozen, store: str, block: int) -> tuple[Job, Store]:
-    """Job and store, once a process."""
-    job = replace(job_of(Path(path), text, tree.tree), block=block)
+def _opened(path: str, text: str, tree: _Frozen, model: Model, store: str, block: int) -> tuple[Job, Store]:
+    """Job and store, once a process. model: the one that the batch was begun with, whatever was generated since."""
+    job = replace(job_of(Path(path), text, tree.tree, model), block=block)
     warm_up(job)
     return job, Store(Path(store))

@@ -1,6 +1,7 @@
 """The commands of batches: what they print and write; each gives the exit status."""
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from rich.console import Console
@@ -9,7 +10,7 @@ from qddot.runner.batch.export import export
 from qddot.runner.batch.job import Job, read_job
 from qddot.runner.batch.results import Results
 from qddot.runner.batch.run import check_workers, computed, opened, updated
-from qddot.runner.batch.store import Store, StoreError
+from qddot.runner.batch.store import Store, StoreError, free
 from qddot.runner.checks import unknown
 from qddot.runner.files import named
 from qddot.runner.report.batch_progress import BatchProgress
@@ -21,6 +22,7 @@ from qddot.runner.report.batch_tables import (
     valueless,
     wide_console,
 )
+from qddot.runner.stale import as_it_stands, begun_with, choosing, kept
 from qddot.runner.study.overrides import parsed
 
 
@@ -31,15 +33,20 @@ def batch(
     workers: int | None,
     scheduler: str | None,
     fresh: bool,
+    keep_kernels: bool,
     figure: bool,
 ) -> int:
     """Run the batch, or go on with it; print its summary and draw its figure. 1 where no run reached its end.
 
+    A store that is there is gone on with by the kernels that it was begun with, see `_kernels`.
+
     128 and the number of a signal that stopped it, as a shell sees it: 130 for Ctrl-C, 143 for SIGTERM.
     """
     check_workers(workers, scheduler)
-    job = read_job(study, parsed(settings))
-    store = opened(job, out if out is not None else Path("results") / f"{study.stem}.zarr", fresh)
+    path = out if out is not None else Path("results") / f"{study.stem}.zarr"
+    with _kernels(path, fresh, keep_kernels):
+        job = read_job(study, parsed(settings))
+    store = opened(job, path, fresh)
     progress, stopped_by = _compute(job, store, workers, scheduler)
     results = Results(store.path)
     console = wide_console()
@@ -57,6 +64,18 @@ def batch(
 
         console.print(f"wrote {draw(results, picture_of(store.path))}", highlight=False, soft_wrap=True)
     return 0 if len(results.finished) else 1
+
+
+def _kernels(path: Path, fresh: bool, keep: bool) -> AbstractContextManager[None]:
+    """How kernels are chosen whose model changed since they were generated: for a store that is there none are made."""
+    if fresh or free(path):
+        return choosing(as_it_stands) if keep else nullcontext()
+    digest = str(Store(path).attributes["kernel_digest"])
+    why = (
+        f"; {path} is gone on with by the kernels that it was begun with (--keep-kernels), "
+        "or all is computed again by new ones (--fresh)"
+    )
+    return choosing(kept(digest) if keep else begun_with(digest, why))
 
 
 def _compute(job: Job, store: Store, workers: int | None, scheduler: str | None) -> tuple[BatchProgress, int]:

@@ -100,17 +100,20 @@ def read_job(path: Path, changes: Mapping[str, Any] | None = None) -> Job:
     return job_of(path, text, tree)
 
 
-def job_of(path: Path, text: str, tree: Tree) -> Job:
-    """The batch in these tables; `path` and its `text` are for messages and for the files the study names."""
+def job_of(path: Path, text: str, tree: Tree, model: Model | None = None) -> Job:
+    """The batch in these tables; `path` and its `text` are for messages and for the files the study names.
+
+    model: that of the study, where it is loaded already.
+    """
     with naming_keys(path, text):
-        return _job(path, text, tree)
+        return _job(path, text, tree, model)
 
 
-def _job(path: Path, text: str, tree: Tree) -> Job:
+def _job(path: Path, text: str, tree: Tree, model: Model | None) -> Job:
     base, own = apart(tree)
     sweep = sweep_in(path, text, tree)
     settings = changed(base, sweep.changes(0))
-    study, first = check(path, text, settings | own), ready.ready(path, text, settings)
+    study, first = check(path, text, settings | own), ready.ready(path, text, settings, model=model)
     model = first.model
     interval = study.outputs.interval
     wanted = None if interval is None else Amounts(path)("outputs.interval", interval, "s")

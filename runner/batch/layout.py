@@ -96,11 +96,10 @@ def identity(job: Job) -> dict[str, Any]:
     """What must be the same for results to be of the same batch: tables, kernels, files, sampled values."""
     own = job.study.model_dump(mode="json", include={"sweep", "metrics", "outputs"}, exclude_none=True)
     tree: Tree = {name: value for name, value in job.tree.items() if name != "title"} | own
-    module = Path(job.model.module.__file__ or "")
     return {
         "model": job.model.name,
         "definition": json.dumps(tree, sort_keys=True, default=str),
-        "kernel_digest": hashlib.sha256(module.read_bytes()).hexdigest(),
+        "kernel_digest": job.model.digest,
         "file_digests": {name: _digest(job.path.parent / name) for name in sorted(_files(tree))},
         "axes_digest": _axes_digest(job),
     }

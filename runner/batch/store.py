@@ -11,7 +11,7 @@ import secrets
 import shutil
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cached_property
 from glob import escape
 from pathlib import Path
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from qddot.runner.batch.block import Block
 from qddot.runner.batch.job import Job
 from qddot.runner.batch.layout import Variable, attributes, variables
-from qddot.runner.files import folder_ready
+from qddot.runner.files import alone, folder_ready
 
 OWN = ".qddot"
 
@@ -198,20 +198,6 @@ def tidy(path: Path) -> None:
     """Remove what a killed batch left half written."""
     for partial in path.rglob("*.partial"):
         partial.unlink(missing_ok=True)
-
-
-@contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Have one process at a time make and remove stores in a folder, where its file system has locks."""
-    import fcntl  # noqa: PLC0415 - of POSIX systems; a lock ends with the process, however it ends
-
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
 
 
 @contextmanager

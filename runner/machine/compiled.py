@@ -7,7 +7,6 @@ the drivers' cache lives in a folder named after the digest of all of the runner
 import contextlib
 import hashlib
 import pickle
-import shutil
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -22,6 +21,7 @@ from numba.core import dispatcher
 from numba.core.caching import FunctionCache, NullCache
 from numba.np import linalg
 
+from qddot.runner.files import keep_newest
 from qddot.runner.machine.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
@@ -46,7 +46,7 @@ def _import_array_functions() -> None:
 _import_array_functions()
 
 #: Rooms and files without jitted functions: their changes empty no cache.
-_NOTHING_COMPILED = ("report", "study", "batch", "identify", "command.py", "files.py", "machine/places.py")
+_NOTHING_COMPILED = ("report", "study", "batch", "identify", "command.py", "files.py", "stale.py", "machine/places.py")
 
 #: Versions of the source whose compiled drivers are kept.
 _KEPT = 8
@@ -64,18 +64,10 @@ def cache_directory() -> Path | None:
         digest.update(within.as_posix().encode())
         digest.update(source.read_bytes())
     folder = code_folder(here / "__pycache__")
-    return _tidy(folder) / f"qddot-{digest.hexdigest()[:16]}" if folder is not None else None
-
-
-def _tidy(folder: Path) -> Path:
-    """Remove the caches of all but the last few versions of the source."""
-    ages: list[tuple[float, Path]] = []
-    for path in folder.glob("qddot-" + 16 * "[0-9a-f]"):
-        with contextlib.suppress(FileNotFoundError):  # another process may be tidying too
-            ages.append((path.stat().st_mtime, path))
-    for _, old in sorted(ages)[:-_KEPT]:
-        shutil.rmtree(old, ignore_errors=True)
-    return folder
+    if folder is None:
+        return None
+    keep_newest(folder, f"qddot-{16 * '[0-9a-f]'}", _KEPT)
+    return folder / f"qddot-{digest.hexdigest()[:16]}"
 
 
 class _Cache(FunctionCache):

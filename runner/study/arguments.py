@@ -7,7 +7,7 @@ from typing import Any
 from qddot.runner.checks import unknown
 from qddot.runner.equilibrium import still
 from qddot.runner.files import named_code
-from qddot.runner.load import Model, load
+from qddot.runner.load import Model, load_for
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.base import Amount
 from qddot.runner.study.integration import integration_arguments
@@ -45,7 +45,7 @@ def study_model(study: Study, path: Path) -> Model:
     """The study's model; a generated module named by a path lies below the study's folder, see `named_code`."""
     own = study.model.endswith(".py") or "/" in study.model
     try:
-        return load(named_code(path.parent, study.model) if own else study.model)
+        return load_for(path.parent, named_code(path.parent, study.model) if own else study.model)
     except ValueError as error:
         raise StudyError(f"{place(path, 'model')}: {error}") from error
 

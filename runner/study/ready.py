@@ -142,9 +142,10 @@ def _whole(study: Study) -> Study:
     return study
 
 
-def ready(path: Path, text: str, tree: Tree, before: Study | None = None) -> Study:
+def ready(path: Path, text: str, tree: Tree, before: Study | None = None, model: Model | None = None) -> Study:
     """The study in these tables, its words not yet numbers; before: one of which it is a change, and shares with it.
 
+    model: that of the study, where it is loaded already.
     Raises StudyError for tables that cannot be.
     """
     memory = Memory() if before is None else before.memory
@@ -154,7 +155,7 @@ def ready(path: Path, text: str, tree: Tree, before: Study | None = None) -> Stu
 
     tables = check(path, text, tree, library)
     if before is None:
-        return Study(path, text, tree, tables, study_model(tables, path), memory)
+        return Study(path, text, tree, tables, model or study_model(tables, path), memory)
     if tables.model != before.tables.model:  # whose inputs are others
         return Study(path, text, tree, tables, study_model(tables, path))
     return Study(path, text, tree, tables, before.model, memory)
