@@ -11,10 +11,11 @@ Figures are in `qddot.drawing`.
 """
 
 from qddot.runner.files import written_aside
+from qddot.runner.modes import taking_part
 from qddot.runner.report.page import Section, plot, table, write_page
 from qddot.runner.report.pdf import BROWSERS, browser, print_page
 from qddot.runner.report.progress import progress_bar
-from qddot.runner.report.tables import plain_table, taking_part
+from qddot.runner.report.tables import plain_table
 
 __all__ = [
     "BROWSERS",

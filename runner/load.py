@@ -18,12 +18,13 @@ from numba.core.errors import NumbaError
 from numpy.typing import ArrayLike, NDArray
 
 from qddot import generated
-from qddot.runner import abi
+from qddot.runner import abi, notebook
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.machine.compiled import keeping_module
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.stale import fitting, kernel_digest
 from qddot.runner.tables import LoadError, Tables, read_tables
+from qddot.words import counted
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
 
@@ -46,6 +47,20 @@ class Model:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickled, (self.name, self.source, self.digest)
+
+    def __repr__(self) -> str:
+        """Name, title and how much of everything there is."""
+        inputs = [channel for channel in self.tables.inputs if not channel.rate_of]
+        what = {"coordinate": self.coordinate_names, "input": inputs, "output": self.tables.outputs}
+        what["parameter"] = self.tables.parameters
+        sizes = ", ".join(counted(len(each), noun) for noun, each in what.items())
+        return f"<Model {self.name}: {self.tables.title}; {sizes}>"
+
+    def _repr_html_(self) -> str:
+        """Title, equations of motion and parameters, in a notebook."""
+        rows = [(each.name, f"{each.default:g}", each.unit, each.meaning) for each in self.tables.parameters]
+        parameters = notebook.table(self.tables.title, ("parameter", "default", "unit", "meaning"), rows)
+        return parameters + notebook.equations(Path(self.module.__file__ or ""))
 
     def __copy__(self) -> "Model":
         return self

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner import notebook
 from qddot.runner.checks import finite
 from qddot.runner.equilibrium import rest
 from qddot.runner.inputs.bind import bind
@@ -49,13 +50,45 @@ class Mode:
         return self.eigenvalue.real < 0
 
 
+class Modes(tuple[Mode, ...]):
+    """Modes, slowest first; a table in a notebook and at a prompt."""
+
+    __slots__ = ()
+    _COLUMNS = ("damped period s", "frequency Hz", "damping ratio", "coordinates that take part")
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [(*described(mode), taking_part(mode)) for mode in self]
+
+    def __repr__(self) -> str:
+        """A line for each mode under a heading."""
+        rows = [self._COLUMNS, *self._rows()]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+    def _repr_html_(self) -> str:
+        """The same as a table, in a notebook."""
+        return notebook.table("Modes", self._COLUMNS, self._rows())
+
+
+def described(mode: Mode) -> tuple[str, str, str]:
+    """Damped period in s ("-" where it does not swing), frequency in Hz and damping ratio as texts."""
+    period = f"{mode.damped_period:.4g}" if mode.oscillating else "-"
+    return period, f"{mode.natural_frequency / (2 * np.pi):.4g}", f"{mode.damping_ratio:.4g}"
+
+
+def taking_part(mode: Mode) -> str:
+    """The coordinates, three at most, that take part most in a mode, with their shares: `q_6 71%, q_7 24%`."""
+    shares = sorted(mode.participation.items(), key=lambda item: -item[1])
+    return ", ".join(f"{name} {share:.0%}" for name, share in shares[:3] if share > 0.05)
+
+
 def modes(
     model: Model,
     parameters: Parameters = None,
     state: NDArray[np.float64] | None = None,
     inputs: Mapping[str, Signal | float] | None = None,
     t0: float = 0.0,
-) -> tuple[Mode, ...]:
+) -> Modes:
     """The modes at a state (n_states,), the equilibrium by default, with the inputs at t0; slowest first.
 
     Raises EquilibriumError where there is no static state, ModesError where the equations cannot be linearized at it.
@@ -79,7 +112,7 @@ def modes(
     shares = np.concatenate([shares[:n] + shares[n : 2 * n], shares[2 * n :]]) / shares.sum(axis=0)
     names = (*model.coordinate_names, *model.state_names[2 * n :])
     found = [_mode(value, shares[:, k], names) for k, value in enumerate(eigenvalues)]
-    return tuple(sorted((mode for mode in found if mode.eigenvalue.imag >= 0), key=lambda mode: mode.natural_frequency))
+    return Modes(sorted((mode for mode in found if mode.eigenvalue.imag >= 0), key=lambda mode: mode.natural_frequency))
 
 
 def _mode(value: complex, shares: NDArray[np.float64], names: tuple[str, ...]) -> Mode:

@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner import notebook
 from qddot.runner.checks import unknown
 from qddot.runner.files import written_aside
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.tables import Quantity
+from qddot.words import counted
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from qddot.runner.frame.events import EventLog
@@ -55,6 +58,30 @@ class Solution:
     def __reduce__(self) -> tuple[Any, ...]:
         """Unpickled arrays are read-only again."""
         return Solution, tuple(getattr(self, each.name) for each in fields(self))
+
+    def __repr__(self) -> str:
+        """Model, method, span, points, how it ended, and the first names."""
+        shown = ", ".join(self.names[:4]) + (f", ... ({len(self.names)} quantities)" if len(self.names) > 4 else "")
+        span = f"{self.t[0]:g} to {self.t[-1]:g} s, {counted(len(self.t), 'point')}" if len(self.t) else "no points"
+        ended = self.status.name.lower() if self.success else self.message
+        about = f"{self.metadata.get('model', '')} by {self.metadata.get('method', '')}"
+        return f"<Solution of {about}: {span}, {ended}; {shown}>"
+
+    def _repr_html_(self) -> str:
+        """A row for each quantity worth looking at, with its curve, in a notebook."""
+        names = [name for kind in self.headlines.values() for name in kind if name in self] or list(self.names)
+        rows = [(name, notebook.curve(self.t, self[name]), *self._ends(name)) for name in names]
+        title = f"{self.metadata.get('model', '')}, {self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else "no points"
+        columns = ("quantity", "", "least", "greatest", "unit", "meaning")
+        return notebook.table(title, columns, rows, below="" if self.success else self.message)
+
+    def _ends(self, name: str) -> tuple[str, str, str, str]:
+        known = self[name][np.isfinite(self[name])]
+        least, greatest = (f"{known.min():.4g}", f"{known.max():.4g}") if known.size else ("-", "-")
+        return least, greatest, self.quantity(name).unit, self.quantity(name).meaning
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["t", *self.names]
 
     @cached_property
     def _columns(self) -> dict[str, int]:
@@ -144,14 +171,43 @@ class Solution:
         }
         return xarray.Dataset(columns, {"time": ("time", self.t, _attributes(TIME))}, self.attributes)
 
-    def save(self, path: str | Path) -> Path:
-        """Write the run to a NetCDF file, which xarray.open_dataset reads as `to_xarray` gives it.
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """The run as a data frame: one row a point, the time in s as its index, a column for each quantity."""
+        import pandas  # noqa: PLC0415 - slow to import, and most runs need none
 
-        The file appears whole or not at all. Raises OSError where it cannot be written.
+        return pandas.DataFrame(self.values, pandas.Index(self.t, name="time"), list(self.names))
+
+    def save(self, path: str | Path) -> Path:
+        """Write the run to a file, which appears whole or not at all: .nc, .csv or .mat.
+
+        NetCDF is read by xarray.open_dataset as `to_xarray` gives it. CSV has a heading of names with units. MATLAB
+        loads a .mat as one column vector for each quantity, `time` among them. Raises ValueError for another suffix,
+        OSError where it cannot be written.
         """
+        path = Path(path)
+        writers = {".nc": self._write_netcdf, ".csv": self._write_csv, ".mat": self._write_mat}
+        if path.suffix not in writers:
+            raise ValueError(f"{path}: expected a file that ends in {', '.join(writers)}")
+        writers[path.suffix](path)
+        return path
+
+    def _write_csv(self, path: Path) -> None:
+        heading = ",".join(
+            f"{each.name} [{each.unit}]" if each.unit else each.name for each in (TIME, *self.quantities)
+        )
+        with written_aside(path) as aside:
+            np.savetxt(aside, np.column_stack([self.t, self.values]), "%.17g", ",", header=heading, comments="")
+
+    def _write_mat(self, path: Path) -> None:
+        from scipy.io import savemat  # noqa: PLC0415 - only a run that is saved needs it
+
+        columns = {"time": self.t, **{name: self[name] for name in self.names}}
+        with written_aside(path) as aside, aside.open("wb") as file:
+            savemat(file, columns, long_field_names=True, oned_as="column", do_compression=True)
+
+    def _write_netcdf(self, path: Path) -> None:
         from netCDF4 import Dataset  # noqa: PLC0415 - only a run that is saved needs it
 
-        path = Path(path)
         with written_aside(path) as aside, _told_by_netcdf(path), Dataset(aside, "w", format="NETCDF4") as file:
             file.setncatts(self.attributes)
             file.createDimension("time", len(self.t))
@@ -160,7 +216,6 @@ class Solution:
                 variable = file.createVariable(quantity.name, "f8", ("time",), fill_value=False)
                 variable.setncatts(_attributes(quantity))
                 variable[:] = values
-        return path
 
 
 @contextmanager

@@ -5,13 +5,16 @@ offsets; a sweep over speed changes one rate.
 """
 
 from dataclasses import dataclass, replace
+from html import escape
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner import notebook
 from qddot.runner.inputs.piece import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START
 from qddot.runner.inputs.reader import sample
+from qddot.words import counted
 
 #: Jump relative to the largest value that counts as a jump rather than rounding.
 JUMP = 1e-9
@@ -31,6 +34,22 @@ class Signal:
     breakpoints: NDArray[np.float64]
     rate: float = 1.0
     offset: float = 0.0
+
+    def __repr__(self) -> str:
+        """How many pieces, from where to where, and how it is read."""
+        starts = self.pieces[:, START]
+        what = f"{counted(len(starts), 'piece')}, {counted(len(self.breakpoints), 'breakpoint')}"
+        where = f", from {starts[0]:g} to {starts[-1]:g}" if len(starts) > 1 else ""
+        read = "" if (self.rate, self.offset) == (1.0, 0.0) else f", read at {self.rate:g} t + {self.offset:g}"
+        return f"<Signal of {what}{where}{read}>"
+
+    def _repr_html_(self) -> str:
+        """A small picture, in a notebook."""
+        ends = self.pieces[[0, -1], START]
+        reach = max(float(np.ptp(ends)), 1.0)
+        tau = np.linspace(ends[0] - 0.1 * reach, ends[1] + 0.1 * reach, 1000)
+        t = (tau - self.offset) / self.rate if self.rate else tau
+        return notebook.curve(t, self(t)) + f"<p>{escape(repr(self)[1:-1])}</p>"
 
     def shifted(self, rate: float = 1.0, offset: float = 0.0) -> "Signal":
         """The same signal read at rate*t + offset: a road under an axle at speed v is road.shifted(v, x_axle)."""

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner import notebook
 from qddot.runner.checks import unknown
 from qddot.runner.problem import Status
 from qddot.runner.tables import Quantity
+from qddot.words import counted
 
 if TYPE_CHECKING:
     import xarray
@@ -45,6 +47,27 @@ class Batch:
     in_lanes: bool
     reason: str = ""
     not_started: Mapping[int, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """How many runs, how many of them failed, and the names of the samples."""
+        failed = int((~self.success).sum())
+        samples = (
+            f"{counted(self.samples.shape[1], 'sample')} of {', '.join(self.names)}" if self.names else "no samples"
+        )
+        return f"<Batch of {counted(len(self.status), 'run')}, {failed} failed: {samples}>"
+
+    def _repr_html_(self) -> str:
+        """What the samples are between, over all runs, in a notebook."""
+        rows = []
+        for quantity in self.quantities:
+            values = self[quantity.name]
+            known = values[np.isfinite(values)]
+            ends = (f"{known.min():.4g}", f"{known.max():.4g}") if known.size else ("-", "-")
+            rows.append((quantity.name, *ends, quantity.unit, quantity.meaning))
+        return notebook.table(repr(self)[1:-1], ("quantity", "least", "greatest", "unit", "meaning"), rows)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["t", *self.names]
 
     @property
     def success(self) -> NDArray[np.bool_]:

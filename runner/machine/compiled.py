@@ -46,7 +46,17 @@ def _import_array_functions() -> None:
 _import_array_functions()
 
 #: Rooms and files without jitted functions: their changes empty no cache.
-_NOTHING_COMPILED = ("report", "study", "batch", "identify", "command.py", "files.py", "stale.py", "machine/places.py")
+_NOTHING_COMPILED = (
+    "report",
+    "study",
+    "batch",
+    "identify",
+    "command.py",
+    "files.py",
+    "notebook.py",
+    "stale.py",
+    "machine/places.py",
+)
 
 #: Versions of the source whose compiled drivers are kept.
 _KEPT = 8

@@ -8,7 +8,7 @@ from rich.table import Table
 from qddot.runner.load import Model
 from qddot.runner.methods import METHODS
 from qddot.runner.metrics.table import METRICS
-from qddot.runner.modes import Mode
+from qddot.runner.modes import Mode, described, taking_part
 from qddot.runner.solution import Solution
 from qddot.words import counted
 
@@ -115,13 +115,5 @@ def modal_table(title: str, modes: tuple[Mode, ...]) -> Table:
     """Frequencies, damping and the coordinates that take part most."""
     table = plain_table(title, "damped period s", "frequency Hz", "damping ratio", "coordinates that take part")
     for mode in modes:
-        period = f"{mode.damped_period:.4g}" if mode.oscillating else "-"
-        hertz = f"{mode.natural_frequency / (2 * np.pi):.4g}"
-        table.add_row(period, hertz, f"{mode.damping_ratio:.4g}", taking_part(mode))
+        table.add_row(*described(mode), taking_part(mode))
     return table
-
-
-def taking_part(mode: Mode) -> str:
-    """The coordinates, three at most, that take part most in a mode, with their shares: `q_6 71%, q_7 24%`."""
-    shares = sorted(mode.participation.items(), key=lambda item: -item[1])
-    return ", ".join(f"{name} {share:.0%}" for name, share in shares[:3] if share > 0.05)
