@@ -6,6 +6,7 @@ many runs at once, and whether a study may give it. `TABLE` holds it by name; `t
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -118,6 +119,12 @@ class Options:
         """The relative tolerance, the least where states have their own."""
         return float(np.min(self.rtol))
 
+    @cached_property
+    def tolerance_metadata(self) -> dict[str, str | float]:
+        """The tolerances as a solution's metadata have them."""
+        rtol = self.least_rtol if np.ndim(self.rtol) == 0 else ", ".join(f"{r:g}" for r in self.rtol)
+        return {"rtol": rtol, "atol": ", ".join(f"{a:g}" for a in np.atleast_1d(self.atol))}
+
     def tolerances(self, n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The relative and absolute tolerances of n states, each (n,); ValueError naming one of another length."""
         found = []
@@ -126,7 +133,7 @@ class Options:
             value = np.asarray(TABLE[name].default if given is None else given, dtype=np.float64)
             if value.ndim == 1 and len(value) != n:
                 raise ValueError(f"{name} has {len(value)} entries, expected one number or one for each of {n} states")
-            found.append(np.array(np.broadcast_to(value, n)))
+            found.append(np.full(n, value))
         return found[0], found[1]
 
     def _check_saving(self) -> None:

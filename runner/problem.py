@@ -1,5 +1,6 @@
 """What an integrator is given and what it gives back; the same for every family of methods."""
 
+from copy import copy
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
@@ -55,6 +56,7 @@ class Problem:
     input_jacobian: of a linear model, whose Jacobians are constant (exact propagation only).
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
+    workplaces: what runs from other states work with again, see `started_from`; no other copy of a problem has them.
     """
 
     rhs: Any
@@ -70,6 +72,14 @@ class Problem:
     input_jacobian: PlacedKernel | None = None
     by_item: bool = False
     sense: int = 1
+    workplaces: dict[Any, list[Any]] | None = field(default=None, init=False, repr=False)
+
+    def started_from(self, x: NDArray[np.float64], workplaces: dict[Any, list[Any]]) -> "Problem":
+        """The same from another initial state (n_states,), to be run where `workplaces` has what such runs need."""
+        other = copy(self)
+        object.__setattr__(other, "initial_state", x)
+        object.__setattr__(other, "workplaces", workplaces)
+        return other
 
     def jacobian_at(self, t: float, x: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
         """The Jacobian (n_states, n_states) that was given, with inputs u."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,11 @@ class Subject:
     headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     diagnose: Callable[[Problem, Trajectory], str] | None = None
 
+    @cached_property
+    def parameter_metadata(self) -> dict[str, float]:
+        """The parameters as a solution's metadata name them."""
+        return {f"parameter {name}": float(value) for name, value in self.parameters.items()}
+
 
 def as_solution(
     subject: Subject, problem: Problem, method: Method, options: Options, trajectory: Trajectory
@@ -137,8 +143,7 @@ def _message(subject: Subject, problem: Problem, method: Method, options: Option
 def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:
     settings: dict[str, str | float] = {"model": subject.name, "method": method.name}
     if method.adaptive:
-        rtol = options.least_rtol if np.ndim(options.rtol) == 0 else ", ".join(f"{r:g}" for r in options.rtol)
-        settings |= {"rtol": rtol, "atol": ", ".join(f"{a:g}" for a in np.atleast_1d(options.atol))}
+        settings |= options.tolerance_metadata
     elif options.step is not None:
         settings["step"] = float(options.step)
-    return settings | {f"parameter {name}": float(value) for name, value in subject.parameters.items()}
+    return settings | subject.parameter_metadata

@@ -1,7 +1,7 @@
 """One call from a model, or from any compiled right-hand side, to its solution."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Unpack
 
@@ -78,6 +78,7 @@ class Simulation:
     method: Method
     options: Options
     model: Model
+    _workplaces: dict[Any, list[Any]] = field(default_factory=dict, init=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Kernels are the model's: pickled, it carries them by name."""
@@ -87,9 +88,10 @@ class Simulation:
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
         """Integrate, from another state (n_states,) where one is given; returns and raises as `simulate`."""
         problem = self.problem
+        x = problem.initial_state
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
-            problem = replace(problem, initial_state=x)
+        problem = problem.started_from(x, self._workplaces)
         return _run(self.subject, problem, self.method, self.options, on_failure)
 
 

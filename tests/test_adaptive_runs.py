@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, circle, run
 from numba import njit
-from runs import exploding, rooted
+from runs import exploding, problem, rooted
 
 from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.methods import find_method
+from qddot.runner.options import Options
 from qddot.runner.problem import Status
 
 
@@ -129,7 +130,7 @@ def test_a_span_that_does_not_rise_is_refused():
 def test_a_method_without_a_pair_cannot_adapt():
     method = find_method("ode45")
     with pytest.raises(ValueError, match="no embedded pair"):
-        method.integrate(None, find_method("rk4"), None)
+        method.integrate(problem(circle, 1, (1, 0)), find_method("rk4"), Options())
 
 
 @pytest.mark.parametrize("n", [1, 15, 16, 17, 40])

@@ -5,14 +5,11 @@ from qddot.runner.exact.linear import linearize
 from qddot.runner.exact.propagate import propagate, start
 
 
-def begin_run(s, table, c, A, B, x):
-    """Put the inputs, A and B for constants c, and the state x (n,) where `run_slice` finds them.
+def begin_run(s, c, A, B, x):
+    """Put A and B for constants c, and the state x (n,) where `run_slice` finds them.
 
     A (n, n), B (n, channels + 1): room.
     """
-    s.pieces, s.n_pieces = table.pieces.ctypes.data, len(table.pieces)
-    s.first, s.last = table.first.ctypes.data, table.last.ctypes.data
-    s.rate, s.offset, s.order = table.rate.ctypes.data, table.offset.ctypes.data, table.order.ctypes.data
     linearize(s, c, A, B)
     begin(s, A, B, x)
     start(s)

@@ -1,5 +1,7 @@
 """An exact run: what is wanted when, and the Python loop around the compiled course of `propagate`."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +15,8 @@ from qddot.runner.exact.space import SPACE, Arrays, Linear, space_for
 from qddot.runner.frame.log import FAILURES
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.slices import run_slices
+from qddot.runner.frame.workplace import restorer, run_in_place
 from qddot.runner.inputs.instants import ROUNDING
-from qddot.runner.inputs.signal import stack
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.options import Options
@@ -29,7 +31,6 @@ DEFAULT_INTERVALS = 5000
 SLICE_WORK = 1e6
 #: Of the functions that Python calls; nothing in them allocates.
 _ENTRY: dict[str, Any] = {"_nrt": False, "nogil": True}
-_TABLE = typeof(stack([], []))
 _RECORD = typeof(np.zeros(1, dtype=SPACE)[0])
 
 
@@ -40,7 +41,36 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     and end always. Raises ValueError for a problem that is not said to be linear, for events, and for times outside
     the span.
     """
-    start = working_time()
+    return run_in_place(_workplace, problem, method, options)
+
+
+@dataclass(frozen=True, eq=False)
+class _Workplace:
+    """One run at a time: the record s and the arrays that it knows by address; A and B: room."""
+
+    options: Options
+    s: np.void
+    arrays: Arrays
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    restore: Callable[[], None]
+
+    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
+        """See `Workplace`."""
+        start, s, options = working_time(), self.s, self.options
+        self.restore()
+        self.arrays.saved[0] = problem.initial_state
+        _compiled_begin()(s, problem.constants, self.A, self.B, problem.initial_state)
+        status = run_slices(
+            partial(_compiled_loop(), s, SLICE_WORK),
+            fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
+            progress=options.progress,
+            time_limit=options.time_limit,
+        )
+        return _trajectory(s, self.arrays, status, working_time() - start), status is Status.FINISHED
+
+
+def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
     if problem.input_jacobian is None:
         raise ValueError(
             f"method {method.name} needs a linear model, x' = A x + B u: give qddot.simulate a generated model that is "
@@ -48,29 +78,15 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
         )
     if options.events:
         raise ValueError(f"method {method.name} finds no events yet; choose an adaptive method, such as dop853")
-    s, arrays = _space(problem, options)
-    status = run_slices(
-        partial(_compiled_loop(), s, SLICE_WORK),
-        fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
-        progress=options.progress,
-        time_limit=options.time_limit,
-    )
-    return _trajectory(s, arrays, status, working_time() - start)
-
-
-def _space(problem: Problem, options: Options) -> tuple[np.void, Arrays]:
     n, t0, t1 = len(problem.initial_state), float(problem.t0), float(problem.t1)
     near = ROUNDING * max(abs(t0), abs(t1))
     outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)
-    assert problem.input_jacobian is not None  # integrate has looked
     linear = Linear(problem.rhs, problem.jacobian, problem.input_jacobian)
     s, arrays = space_for(linear, problem.inputs, problem.n_inputs, outputs)
     s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
     s["t"], s["segment_end"], s["t1"], s["limit"] = t0, t0, t1, options.divergence_limit
     A, B = np.empty((n, n)), np.empty((n, problem.n_inputs + 1))
-    _compiled_begin()(s, problem.inputs, problem.constants, A, B, problem.initial_state)
-    arrays.saved[0] = problem.initial_state
-    return s, arrays
+    return _Workplace(options, s, arrays, A, B, restorer(s, arrays.cursor))
 
 
 def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArray[np.float64], float, int, int]:
@@ -103,7 +119,7 @@ def _requested(
 
 @cache
 def _compiled_begin() -> Any:
-    return compiled(types.void(_RECORD, _TABLE, abi.VECTOR, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin_run)
+    return compiled(types.void(_RECORD, abi.VECTOR, abi.MATRIX, abi.MATRIX, abi.VECTOR), **_ENTRY)(begin_run)
 
 
 @cache
@@ -114,7 +130,7 @@ def _compiled_loop() -> Any:
 def _trajectory(s: np.void, arrays: Arrays, status: Status, wall_time: float) -> Trajectory:
     """The states at the wanted times that were reached."""
     saved = int(s["next_output"])
-    t, states = arrays.outputs[:saved], arrays.saved[:saved]
+    t, states = arrays.outputs[:saved].copy(), arrays.saved[:saved].copy()
     failed = status in FAILURES
     return Trajectory(
         t=t,

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.exact.ladder import LEVELS, Y
 from qddot.runner.inputs.signal import AMPLITUDE, InputTable
-from qddot.runner.machine.memory import BLOCK, layout
+from qddot.runner.machine.memory import BLOCK, address, layout, writable
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.matrices import PlacedKernel
 
 #: A polynomial input piece has this many coefficients.
 POWERS = 4
+#: What is known of the inputs by address.
+INPUTS = ("pieces", "first", "last", "rate", "offset", "order")
 
 #: Addresses within the work space: A, B (channels + 1 rows) in panels; scale; the state x; the Taylor terms y, y_next;
 #: zeros; entries (entry_room,), what a kernel writes of A or B. Of the current forcing: values (POWERS, channels + 1),
@@ -54,6 +56,7 @@ class Arrays(NamedTuple):
     saved: NDArray[np.float64]
     A_places: NDArray[np.int64]
     B_places: NDArray[np.int64]
+    inputs: tuple[NDArray[Any], ...]
 
 
 class Linear(NamedTuple):
@@ -81,17 +84,21 @@ def space_for(
         saved=np.empty((len(outputs), n)),
         A_places=A.pattern.places(),
         B_places=B.pattern.places(channels + 1),
+        inputs=tuple(writable(getattr(inputs, name)) for name in INPUTS),
     )
     fields = np.zeros(len(SPACE.names or ()), dtype=np.int64)
     fields[: len(offsets)] = offsets + -(-arrays.work.ctypes.data // CACHE_LINE) * CACHE_LINE
     s = fields.view(SPACE)[0]
     s["q_max"], s["matrix_bytes"] = q_max, 8 * matrix
     s["n"], s["panels"], s["channels"], s["n_outputs"] = n, -(-n // BLOCK), channels, len(outputs)
+    s["n_pieces"] = len(inputs.pieces)
     s["entry_room"], s["A_entries"], s["B_entries"] = room, A.pattern.entries, B.pattern.entries
     for name, kernel in (("rhs", linear.rhs), ("jacobian", A.kernel), ("input_jacobian", B.kernel)):
         s[name] = pointer(kernel, VECTOR_KERNEL, name)
-    for name in arrays._fields[1:]:
-        s[name] = getattr(arrays, name).ctypes.data
+    for name in ("cursor", "outputs", "saved", "A_places", "B_places"):
+        s[name] = address(getattr(arrays, name))
+    for name, array in zip(INPUTS, arrays.inputs, strict=True):
+        s[name] = address(array)
     return s, arrays
 
 

@@ -1,10 +1,13 @@
 """Fixed-step marching: plans the steps and the saved points of a run for the compiled loop of `march`."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import typeof, types
+from numpy.typing import NDArray
 
 from qddot.runner.explicit.march import MARCH, run_slice, steps_of
 from qddot.runner.explicit.step import PAIR, tableau_for
@@ -13,6 +16,7 @@ from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import grid_stops
+from qddot.runner.frame.workplace import restorer, run_in_place
 from qddot.runner.inputs.short import with_stops
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
@@ -40,23 +44,59 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
 
     Raises ValueError where the step is missing, does not advance the time, or output times lie outside the span.
     """
+    return run_in_place(_workplace, problem, method, options)
+
+
+@dataclass(frozen=True, eq=False)
+class _Workplace:
+    """One run at a time: what the loop is called with; `arrays` are what its records know by address."""
+
+    options: Options
+    stages: int
+    march: np.void
+    log: Log
+    state: NDArray[np.float64]
+    one_slice: Callable[[], int]
+    restore: Callable[[], None]
+    arrays: Any
+
+    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
+        """See `Workplace`."""
+        start, march, options = working_time(), self.march, self.options
+        self.restore()
+        self.state[:] = problem.initial_state
+        self.log.begin(problem.initial_state)
+        status = run_slices(
+            self.one_slice,
+            fraction_done=lambda: float((march["now"] - problem.t0) / (problem.t1 - problem.t0)),
+            progress=options.progress,
+            time_limit=options.time_limit,
+        )
+        self.log.save(float(march["now"]), self.state)
+        steps = int(march["steps"])
+        counts = Statistics(steps=steps, evaluations=steps * self.stages, wall_time=working_time() - start)
+        found = self.log.trajectory(status, counts, march["failed_at"], march["failed_state"])
+        return found, self.log.reusable(status)
+
+
+def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
     if method.tableau is None:
         raise ValueError(f"method {method.name!r} has no tableau to march")
-    start, stages = working_time(), method.tableau.stages
+    stages = method.tableau.stages
     march, log = _march(problem, options, method.name)
     space, space_arrays = space_for(problem, np.zeros(1), np.zeros(1))
     tableau, _ = tableau_for(method.tableau)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * stages))
-    status = run_slices(
+    return _Workplace(
+        options,
+        stages,
+        march,
+        log,
+        state_of(space, space_arrays),
         partial(_compiled_loop(), space, tableau, march, log.record, most_steps),
-        fraction_done=lambda: float((march["now"] - problem.t0) / (problem.t1 - problem.t0)),
-        progress=options.progress,
-        time_limit=options.time_limit,
+        restorer(space, march, log.record, space_arrays["reader"]),
+        space_arrays,
     )
-    log.save(float(march["now"]), state_of(space, space_arrays))
-    steps = int(march["steps"])
-    counts = Statistics(steps=steps, evaluations=steps * stages, wall_time=working_time() - start)
-    return log.trajectory(status, counts, march["failed_at"], march["failed_state"])
 
 
 def _march(problem: Problem, options: Options, name: str) -> tuple[np.void, Log]:

@@ -10,6 +10,7 @@ A rising crossing goes from below zero to zero or above; a value that starts at 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,16 @@ def names_of(events: Sequence[Any]) -> tuple[str, ...]:
 
 def watch_for(events: Sequence[Any], n_states: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
     """What the compiled loop watches for, and the arrays it points into. Raises ValueError for what is no event."""
+    return _watch_for(events, n_states) if events else _watch_for_nothing()
+
+
+@cache
+def _watch_for_nothing() -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """What most runs watch for; nobody writes to it."""
+    return _watch_for((), 0)
+
+
+def _watch_for(events: Sequence[Any], n_states: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
     rows = [_row(f"events[{i}]", event, n_states) for i, event in enumerate(events)]
     columns = list(zip(*rows, strict=True)) or [()] * 5
     kernels = {id(event.outputs): event for event in events if isinstance(event, OutputCrossing)}

@@ -36,6 +36,7 @@ class Log:
 
     record: np.void
     arrays: dict[str, NDArray[Any]]
+    first_room: tuple[int, int]
 
     def make_room(self, events: int = 0) -> None:
         """Double what is half full, or too small for a step with points and `events` events; see `has_room`."""
@@ -60,6 +61,15 @@ class Log:
         if place == 0 or self.arrays["saved_t"][place - 1] < t:
             self.arrays["saved_t"][place], self.arrays["saved_x"][place] = t, x
             self.record["saved"] = place + 1
+
+    def begin(self, x: NDArray[np.float64]) -> None:
+        """Have the run start from another state."""
+        self.arrays["saved_x"][0] = x
+
+    def reusable(self, status: Status) -> bool:
+        """Whether another run may write to it: this one did not fail, and has not made it large."""
+        rooms = int(self.record["room"]), int(self.record["event_room"])
+        return status in (Status.FINISHED, Status.TERMINATED) and rooms == self.first_room
 
     def trajectory(
         self,
@@ -108,7 +118,7 @@ def log_for(
     }
     lengths = {"n_stops": len(stops), "n_wanted": len(wanted), "room": room, "event_room": event_room}
     places = {name: address(array) for name, array in arrays.items()}
-    log = Log(record(LOG, n=n, refine=refine, **lengths, **places), arrays)
+    log = Log(record(LOG, n=n, refine=refine, **lengths, **places), arrays, (room, event_room))
     log.save(float(problem.t0), problem.initial_state)
     return log
 

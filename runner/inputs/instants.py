@@ -54,9 +54,11 @@ def apart(times: Times) -> NDArray[np.bool_]:
 
 def between(times: Times, t0: float, t1: float) -> Times:
     """Those of rising times (n,) that are after t0, before t1 and apart from each other."""
+    if not len(times):
+        return times
     near = ROUNDING * np.abs(times)
     inside = times[(times - t0 > near) & (t1 - times > near)]
-    return inside[apart(inside)]
+    return inside[apart(inside)] if len(inside) > 1 else inside
 
 
 def check_resolved(what: str, start: float, length: float, unit: str = "s") -> None:

@@ -32,20 +32,27 @@ GROUP_SIZE = 11 * GROUP
 
 def reader_for(table: "InputTable") -> NDArray[np.float64]:
     """A reader of these channels, its window empty: (HEAD + groups*GROUP_SIZE,)."""
-    channels = np.arange(len(table.first))
-    reader = np.zeros(HEAD + -(-len(channels) // GROUP) * GROUP_SIZE)
+    reader: NDArray[np.float64] = _empty_reader(table.first)
+    return reader
+
+
+@compiled()
+def _empty_reader(first):
+    reader = np.zeros(HEAD + -(-len(first) // GROUP) * GROUP_SIZE)
     reader[FROM], reader[TO], reader[WIDTH] = np.inf, -np.inf, GROUP
-    reader[HEAD + channels // GROUP * GROUP_SIZE + channels % GROUP + PIECE] = table.first
+    for i in range(len(first)):
+        reader[HEAD + i // GROUP * GROUP_SIZE + i % GROUP + PIECE] = first[i]
     return reader
 
 
 def sample(table: "InputTable", times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
     """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
-    _sample(table, reader_for(table), times, values)
+    _sample(table, times, values)
 
 
 @compiled()
-def _sample(table, reader, times, values):
+def _sample(table, times, values):
+    reader = _empty_reader(table.first)
     for i in range(len(times)):
         read(table, reader, times[i], times[i], len(table.first), values[i])
 

@@ -6,6 +6,7 @@ longer to compile. A record is one pointer; an array made from an address in it 
 caller keeps the arrays alive; nothing here checks bounds.
 """
 
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -52,8 +53,11 @@ def address(array: NDArray[Any]) -> int:
     """The address of a C-contiguous, writable array's first item."""
     if not array.flags.carray:
         raise ValueError(f"an array of shape {array.shape} is not contiguous and writable")
-    place: int = array.__array_interface__["data"][0]  # a fifth of the time that array.ctypes.data takes
-    return place
+    if not array.size:
+        place: int = array.__array_interface__["data"][0]
+        return place
+    buffer: Any = array  # numpy does not say to mypy that an array is one
+    return ctypes.addressof(ctypes.c_char.from_buffer(buffer))  # a quarter of the time that array.ctypes.data takes
 
 
 def writable(array: NDArray[Any]) -> NDArray[Any]:

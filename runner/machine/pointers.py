@@ -4,7 +4,6 @@ A driver that takes a kernel as an address compiles once for all models, like on
 FunctionType; but handing over a FunctionType costs 0.2 ms a kernel and call of the driver, an address nothing.
 """
 
-from functools import cache
 from typing import Any
 
 from numba import types
@@ -23,15 +22,23 @@ def pointer(function: Any, signature: Any, name: str) -> int:
     """
     if not hasattr(function, "get_compile_result"):
         raise ValueError(f"{name} is {shown(function)}, expected a function jitted by numba, {signature}")
-    return _address(function, signature, name)
+    key = function, id(signature)
+    if key not in _known:
+        _known[key] = _address(function, signature, name), signature
+    return _known[key][0]
 
 
-@cache
+#: Function and id of the signature, whose hash takes longer than a whole look-up -> address, and the signature itself,
+#: which keeps the id its own.
+_known: dict[tuple[Any, int], tuple[int, Any]] = {}
+
+
 def _address(function: Any, signature: Any, name: str) -> int:
     compiled = function.get_compile_result(signature)
     if compiled.signature.return_type != signature.return_type:
         raise ValueError(f"{name} returns {compiled.signature.return_type}, expected {signature.return_type}")
-    return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    place: int = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    return place
 
 
 def caller(signature: Any) -> Any:

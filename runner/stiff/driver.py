@@ -1,7 +1,8 @@
 """A run of a stiff method around its compiled loop: its settings, and algebraic states made consistent at starts."""
 
 from collections.abc import Callable
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import stops_to_end
+from qddot.runner.frame.workplace import restorer
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
@@ -29,15 +31,51 @@ SLICE_WORK = 100_000_000
 COUNTS = ("steps", "failed_attempts", "evaluations", "jacobians", "factorizations", "linear_solves")
 
 
-def integrate_stiff(
-    problem: Problem, options: Options, run_slice: Callable[..., Any], rows: int, control: np.dtype, **own: Any
-) -> Trajectory:
-    """Integrate by a method's loop, run_slice(space, s, log, watch, most_steps), with `rows` of vectors.
+@dataclass(frozen=True, eq=False)
+class StiffWorkplace:
+    """One run at a time: what the loop is called with; `arrays` are what its records know by address."""
 
-    control: the type of the record of scalars s; own: initial values of the method's own among them. Raises ValueError
-    for initial values that cannot be made consistent with the algebraic equations.
+    options: Options
+    s: np.void
+    log: Log
+    rows: NDArray[np.float64]
+    loop: Callable[[], int]
+    restore: Callable[[], None]
+    arrays: Any
+
+    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
+        """See `Workplace`."""
+        start, s, log, rows, options = working_time(), self.s, self.log, self.rows, self.options
+        self.restore()
+        rows[X] = problem.initial_state
+        log.begin(problem.initial_state)
+
+        def one_slice() -> int:
+            if s["phase"] == CORRECT and not _make_consistent(problem, options, s, rows, log):
+                return Status.NEWTON_FAILURE
+            log.make_room(len(options.events))
+            return self.loop()
+
+        status = run_slices(
+            one_slice,
+            fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
+            progress=options.progress,
+            time_limit=options.time_limit,
+        )
+        log.save(float(s["t"]), rows[X])
+        counts = Statistics(**{name: int(s[name]) for name in COUNTS}, wall_time=working_time() - start)
+        found = log.trajectory(status, counts, max(s["t"], s["t_new"]), s["failed_state"], options.events)
+        return found, log.reusable(status)
+
+
+def stiff_workplace(
+    problem: Problem, options: Options, run_slice: Callable[..., Any], rows: int, control: np.dtype, **own: Any
+) -> StiffWorkplace:
+    """Where a method's loop, run_slice(space, s, log, watch, most_steps), works, with `rows` of vectors.
+
+    control: the type of the record of scalars s; own: initial values of the method's own among them. A run raises
+    ValueError for initial values that cannot be made consistent with the algebraic equations.
     """
-    start = working_time()
     space, arrays = space_for(problem, options, rows)
     watch, watch_arrays = watch_for(options.events, int(space["n"]))
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
@@ -45,25 +83,17 @@ def integrate_stiff(
     refine = 0 if options.output_times is not None else options.refine or 1
     log = log_for(problem, stops, wanted, refine=refine, events=len(options.events))
     s = record(control, **_settings(problem, options), **own)
-    loop, n = compiled_loop(run_slice, control), int(space["n"])
+    n = int(space["n"])
     most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
-
-    def one_slice() -> int:
-        if s["phase"] == CORRECT and not _make_consistent(problem, options, s, arrays["work"], log):
-            return Status.NEWTON_FAILURE
-        log.make_room(len(options.events))
-        return int(loop(space, s, log.record, watch, most_steps))
-
-    status = run_slices(
-        one_slice,
-        fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
-        progress=options.progress,
-        time_limit=options.time_limit,
+    return StiffWorkplace(
+        options,
+        s,
+        log,
+        arrays["work"],
+        partial(compiled_loop(run_slice, control), space, s, log.record, watch, most_steps),
+        restorer(space, s, log.record, watch, arrays["work"], arrays["reader"]),
+        (arrays, watch_arrays),
     )
-    log.save(float(s["t"]), arrays["work"][X])
-    del watch_arrays  # The loop knew them by address: they had to live until here.
-    counts = Statistics(**{name: int(s[name]) for name in COUNTS}, wall_time=working_time() - start)
-    return log.trajectory(status, counts, max(s["t"], s["t_new"]), s["failed_state"], options.events)
 
 
 @cache

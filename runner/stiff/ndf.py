@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
-from qddot.runner.stiff.driver import integrate_stiff
+from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
 from qddot.runner.stiff.loop import take_steps
 from qddot.runner.stiff.ndf_choice import choose_after_success
 from qddot.runner.stiff.ndf_formulas import (
@@ -89,5 +90,9 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
     consistent.
     """
+    return run_in_place(_workplace, problem, method, options)
+
+
+def _workplace(problem: Problem, method: "Method", options: Options) -> StiffWorkplace:
     own = {"max_order": options.max_order, "bdf": options.bdf}
-    return integrate_stiff(problem, options, run_slice, ROWS, CONTROL, **own)
+    return stiff_workplace(problem, options, run_slice, ROWS, CONTROL, **own)

@@ -10,11 +10,12 @@ import numpy as np
 
 from qddot.runner.explicit.controller import CONTROL as STEP_CONTROL
 from qddot.runner.explicit.controller import control_for
+from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
-from qddot.runner.stiff.driver import integrate_stiff
+from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
 from qddot.runner.stiff.loop import take_steps
 from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, take_good_step
 from qddot.runner.stiff.space import F, X, control_type
@@ -73,8 +74,12 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
     consistent.
     """
+    return run_in_place(_workplace, problem, method, options)
+
+
+def _workplace(problem: Problem, method: "Method", options: Options) -> StiffWorkplace:
     name = options.controller or DEFAULT_CONTROLLER
     step_control = control_for(name, ERROR_ORDER, options.least_rtol, float(options.divergence_limit))
     central = options.least_rtol < CENTRAL_BELOW
     stepping = {field: step_control[field] for field in STEPPING}
-    return integrate_stiff(problem, options, run_slice, ROWS, CONTROL, central=central, **stepping)
+    return stiff_workplace(problem, options, run_slice, ROWS, CONTROL, central=central, **stepping)
