@@ -120,6 +120,14 @@ _FIGURE = _argument(
 _JSON = _flag("--json", "Print JSON and draw nothing.", dest="as_json")
 
 COMMANDS = {
+    "new": Command(
+        partial(_call, "qddot.codegen.new", "new"),
+        "Write a commented model of your own and a study of it, to begin with.",
+        (
+            _argument("name", metavar="NAME", help="What the model is called: NAME.py and NAME.toml."),
+            _path("--into", "Folder to write to", "."),
+        ),
+    ),
     "generate": Command(
         partial(_call, "qddot.codegen.command", "generate"),
         "Derive models and write their kernels and equations.",

@@ -81,7 +81,7 @@ def body(module: bytes) -> bytes:
 
 def shipped(file: Path) -> str | None:
     """The name of the model that comes with qddot in this file; None for any other."""
-    return file.stem if file.parent == _models() and _is_model(file) else None
+    return file.stem if file.parent == _models() and is_model(file) else None
 
 
 @cache
@@ -144,7 +144,7 @@ def _files(parts: list[str], beside: Path) -> Iterator[Path]:
     """The files that importing a dotted name reads: packages on the way, and the module."""
     if ".".join(parts[:2]) == _SHIPPED:
         file = _models() / f"{'.'.join(parts[2:3])}.py"
-        if _is_model(file):
+        if is_model(file):
             yield file
         return
     for end in range(1, len(parts) + 1):
@@ -152,5 +152,6 @@ def _files(parts: list[str], beside: Path) -> Iterator[Path]:
         yield from (file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file())
 
 
-def _is_model(file: Path) -> bool:
+def is_model(file: Path) -> bool:
+    """Whether a file defines a model, by its text: nothing is run."""
     return file.is_file() and b"\ndef system(" in file.read_bytes()

@@ -2,7 +2,8 @@
 
 What is loaded in place of a generated module is a `Choice`. Commands make one for as long as they work, see `choosing`;
 everywhere else, in workers too, modules are loaded as they stand. Kernels that a command has generated are kept beside
-the study, in a folder named by the digest of all they are made of; the folder `generated/` is never written to.
+the study, in a folder named by the digest of all they are made of; the folder `generated/` is never written to. A study
+may name a model's own file: it stands for a module that commands generate in the same way.
 """
 
 import hashlib
@@ -22,7 +23,8 @@ from qddot.words import from_here
 #: Where kernels are kept, below the study's folder, and for how many texts of models.
 _OWN, _KERNELS, _KEPT = ".qddot", "kernels", 8
 
-#: From a generated module, the files that changed since, and the study's folder to the module that is loaded.
+#: From a generated module, the files that changed since, and the study's folder to the module that is loaded. A model's
+#: own file stands for a module of which that file has changed.
 Choice = Callable[[Path, Sequence[Path], Path], Path]
 #: From a model, a name or a file, and a folder to the files generated there.
 Generate = Callable[[str, Path], None]
@@ -34,7 +36,8 @@ class StaleKernels(UserWarning):
 
 def fitting(module: Path, beside: Path) -> Path:
     """The module to load for this one; beside: the folder of the study that asks for it."""
-    return _choices[-1](module, origin.changed(module), beside)
+    changed = [module] if origin.is_model(module) else origin.changed(module)
+    return _choices[-1](module, changed, beside)
 
 
 @contextmanager
@@ -49,7 +52,7 @@ def choosing(choice: Choice) -> Iterator[None]:
 
 def warned(module: Path, changed: Sequence[Path], beside: Path) -> Path:
     """The module as it stands; a warning says where it is not what its model gives."""
-    if changed:
+    if changed and not origin.is_model(module):
         said = f"{_changed(module, changed)}: {_command(module)} brings its kernels up to date"
         warnings.warn(said, StaleKernels, stacklevel=5)  # where `load` is called
     return module
@@ -69,8 +72,11 @@ def anew(generate: Generate, say: Callable[[str], None]) -> Choice:
             return module
         if module not in known:
             entry = _entry(module, beside)
-            where = f"using kernels of its present text, in {from_here(entry)}; {_command(module)} writes them for good"
-            say(f"{_changed(module, changed)}: {where}")
+            if not origin.is_model(module):
+                where = f"using kernels of its present text, in {from_here(entry)}"
+                say(f"{_changed(module, changed)}: {where}; {_command(module)} writes them for good")
+            elif _module_in(entry) is None:
+                say(f"generating kernels of {from_here(module)} into {from_here(entry)}")
             known[module] = _made(module, changed, entry, generate)
         return known[module]
 
@@ -115,10 +121,12 @@ _choices: list[Choice] = [warned]
 
 def _source(module: Path) -> Path:
     """The model's own file."""
-    return next(iter(origin.read(module)))
+    return module.resolve() if origin.is_model(module) else next(iter(origin.read(module)))
 
 
 def _changed(module: Path, changed: Sequence[Path]) -> str:
+    if origin.is_model(module):
+        return f"{from_here(module)} is not the text that the kernels were generated from"
     return f"{', '.join(map(from_here, changed))} changed since {from_here(module)} was generated"
 
 
