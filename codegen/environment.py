@@ -35,5 +35,6 @@ def environment(kind: Literal["python", "latex", "html"]) -> Environment:
         **(_LATEX if kind == "latex" else {}),
     )
     made.filters["literal"] = repr
+    made.filters["tuple"] = tuple
     made.filters["docstring"] = lambda text: text.replace("\\", "\\\\").replace('"', '\\"')
     return made

@@ -1,6 +1,6 @@
 """From derived equations to kernels: `lower` gives the `Program` that the templates write down."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,6 +8,7 @@ from qddot.codegen.constants import hoist
 from qddot.codegen.drafts import Draft, Drafts
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.ranges import kind
 from qddot.codegen.rewrite import Names
 from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
@@ -22,8 +23,9 @@ class Program:
     """All kernels of a model, and where their symbols stand.
 
     channels: inputs and then the rates in use; the first rhs_channels of them are read by rhs and jacobian.
-    constants: symbols of c in order. slots: symbol -> the argument entry it is read from. linear: affine in x and u.
-    Kernels of matrices write the entries matrix[row, column] that are not zero, sorted: see `pattern`.
+    constants: symbols of c in order, all parameters first. slots: symbol -> the argument entry it is read from.
+    linear: affine in x and u. Kernels of matrices write the entries matrix[row, column] that are not zero, sorted: see
+    `pattern`.
     """
 
     equations: Equations
@@ -131,8 +133,8 @@ def _laid_out(
 ) -> Program:
     """The kernels with `constants` before them, and the places of all they read."""
     used = frozenset().union(*(kernel.used for kernel in kernels.values()))
-    candidates = (*equations.parameters, *(symbol for symbol, _ in assignments))
-    constants = tuple(symbol for symbol in candidates if symbol in used)
+    computed = [symbol for symbol, _ in assignments if symbol in used]
+    constants = (*equations.parameters, *_by_kind(computed))
     hot = kernels["rhs"].used | kernels["jacobian"].used | kernels["input_jacobian"].used
     rates = [rate for rate in equations.rates if rate in used]
     channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))
@@ -150,6 +152,14 @@ def _laid_out(
         slots=slots,
         linear=linear,
     )
+
+
+def _by_kind(symbols: Sequence[Any]) -> list[Any]:
+    """The symbols, those together whose names differ only by numbers, so that a table can say them in one row."""
+    kinds: dict[str, list[Any]] = {}
+    for symbol in symbols:
+        kinds.setdefault(kind(str(symbol)), []).append(symbol)
+    return [symbol for alike in kinds.values() for symbol in alike]
 
 
 def _constants_kernel(equations: Equations, constants: tuple[Any, ...], assignments: tuple[Assignment, ...]) -> Kernel:

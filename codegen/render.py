@@ -1,6 +1,7 @@
 """Programs as text: what the templates are given, all strings finished."""
 
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 from typing import Any
 
 import sympy
@@ -9,7 +10,11 @@ from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lower import Program
 from qddot.codegen.printer import Printer
+from qddot.codegen.ranges import compressed, kind
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
+
+#: Characters of a line within a function.
+_ROOM = 116
 
 
 def module(program: Program, source: str, origin: Sequence[str]) -> str:
@@ -28,17 +33,19 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             origin=origin,
             sympy=sympy.__version__,
             system=equations.system,
-            state=_state_table(program),
-            inputs=_input_table(program),
+            state=compressed(_state_table(program)),
+            inputs=compressed(_input_table(program)),
             rhs_inputs=program.rhs_channels,
-            positions=list(equations.positions),
-            outputs=[(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions],
-            parameters=[(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters],
+            positions=compressed(list(equations.positions)),
+            outputs=compressed([(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions]),
+            parameters=compressed(
+                [(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters]
+            ),
             parameter_sets={
-                name: {str(symbol): float(value) for symbol, value in values.items()}
+                name: dict(compressed([(str(symbol), float(value)) for symbol, value in values.items()]))
                 for name, values in equations.system.parameter_sets.items()
             },
-            constants=[str(symbol) for symbol in program.constants],
+            constants=compressed([str(symbol) for symbol in program.constants[len(equations.parameters) :]]),
             coordinates=len(equations.coordinates),
             patterns={name: program.pattern(name) for name in MATRICES},
             linear=program.linear,
@@ -68,21 +75,44 @@ def _input_table(program: Program) -> list[tuple[str, str, str, str]]:
 
 def _function(program: Program, name: str, kernel: Kernel) -> Function:
     printer = Printer(rank(program, kernel))
+    copied = len(program.equations.parameters) if name == "constants" else 0
+    writes = list(enumerate(kernel.writes))[copied:]
+    target = HEADS[name][0][-1]
     paragraphs = (
-        tuple(_unpacked(program, name, kernel)),
+        (f"{target}[:{copied}] = parameters",) if copied else (),
+        _unpacked(program, name, kernel.replace(kernel.temporaries, kernel.writes[copied:])),
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
-        tuple(f"{HEADS[name][0][-1]}[{k}] = {printer(value)}" for k, (_, value) in enumerate(kernel.writes)),
+        tuple(f"{target}[{k}] = {printer(value)}{_place(slot)}" for k, (slot, value) in writes),
     )
     return function(name, paragraphs)
 
 
-def _unpacked(program: Program, name: str, kernel: Kernel) -> Iterable[str]:
-    """Lines that read what the kernel uses, in the order of the arguments' entries."""
+def _place(slot: Slot) -> str:
+    """What says of an entry of a matrix where it stands."""
+    return f"  # [{', '.join(map(str, slot.index))}]" if len(slot.index) > 1 else ""
+
+
+def _unpacked(program: Program, name: str, kernel: Kernel) -> tuple[str, ...]:
+    """Lines that read what the kernel uses, in the order of the arguments' entries; names alike stand together."""
     slots = dict(program.slots)
     if "parameters" in HEADS[name][0]:
         slots = {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(program.equations.parameters)}
     read = kernel.used & kernel.reads
-    return [f"{symbol} = {slot}" for symbol, slot in slots.items() if symbol in read and slot.index]
+    found = [(str(symbol), str(slot)) for symbol, slot in slots.items() if symbol in read and slot.index]
+    return tuple(line for _, alike in groupby(found, key=lambda pair: kind(pair[0])) for line in _together(alike))
+
+
+def _together(pairs: Iterable[tuple[str, str]]) -> Iterable[str]:
+    """Assignments as lines, as many on a line as it holds."""
+    lefts: list[str] = []
+    rights: list[str] = []
+    for left, right in pairs:
+        if len(", ".join([*lefts, left])) + len(", ".join([*rights, right])) + len(" = ") > _ROOM:
+            yield f"{', '.join(lefts)} = {', '.join(rights)}"
+            lefts, rights = [], []
+        lefts.append(left)
+        rights.append(right)
+    yield f"{', '.join(lefts)} = {', '.join(rights)}"
 
 
 def rank(program: Program, kernel: Kernel) -> dict[Any, int]:

@@ -13,7 +13,9 @@ CONVENTION = 2
 MASS_MATRIX = "configuration-dependent"
 LINEAR = False
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
     ("x", "m", "position of the cart"),
     ("theta", "rad", "angle of the pole"),
@@ -42,19 +44,8 @@ PARAMETER = (
 # name: what differs from the defaults
 PARAMETER_SETS = {}
 
-CONSTANT = (
-    "m_c",
-    "m_p",
-    "L",
-    "c_x",
-    "c_theta",
-    "g",
-    "inverse_pivot_1",
-    "L_times_m_p",
-    "half_L_times_m_p",
-    "third_L_squared_times_m_p",
-    "half_g",
-)
+# what follows the parameters in `constants`
+CONSTANT = ("inverse_pivot_1", "L_times_m_p", "half_L_times_m_p", "third_L_squared_times_m_p", "half_g")
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = ((2,), (3,), (1, 2, 3), (1, 2, 3))
@@ -65,11 +56,11 @@ MASS = ((0,), (0, 1))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
+    constants[:6] = parameters
+
     m_c = parameters[0]
     m_p = parameters[1]
     L = parameters[2]
-    c_x = parameters[3]
-    c_theta = parameters[4]
     g = parameters[5]
 
     inverse_pivot_1 = 1.0 / (m_c + m_p)
@@ -78,12 +69,6 @@ def constants(parameters, constants):
     third_L_squared_times_m_p = 0.3333333333333333 * L * L * m_p
     half_g = 0.5 * g
 
-    constants[0] = m_c
-    constants[1] = m_p
-    constants[2] = L
-    constants[3] = c_x
-    constants[4] = c_theta
-    constants[5] = g
     constants[6] = inverse_pivot_1
     constants[7] = L_times_m_p
     constants[8] = half_L_times_m_p
@@ -155,14 +140,14 @@ def jacobian(t, state, inputs, constants, values):
     reduced_1_4 = tmp_1 * thetadot
     solved_2_3 = -inverse_pivot_2 * (reduced_1_4 * lower_2_1 + c_theta)
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
-    values[3] = -(solved_2_2 * lower_2_1 + inverse_pivot_1 * c_x)
-    values[4] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
-    values[5] = solved_2
-    values[6] = solved_2_2
-    values[7] = solved_2_3
+    values[0] = 1.0  # [0, 2]
+    values[1] = 1.0  # [1, 3]
+    values[2] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1  # [2, 1]
+    values[3] = -(solved_2_2 * lower_2_1 + inverse_pivot_1 * c_x)  # [2, 2]
+    values[4] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1  # [2, 3]
+    values[5] = solved_2  # [3, 1]
+    values[6] = solved_2_2  # [3, 2]
+    values[7] = solved_2_3  # [3, 3]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -177,8 +162,8 @@ def input_jacobian(t, state, inputs, constants, values):
     lower_2_1 = inverse_pivot_1 * scaled_2_1
     solved_2_4 = -lower_2_1 / (third_L_squared_times_m_p - lower_2_1 * scaled_2_1)
 
-    values[0] = inverse_pivot_1 - solved_2_4 * lower_2_1
-    values[1] = solved_2_4
+    values[0] = inverse_pivot_1 - solved_2_4 * lower_2_1  # [2, 0]
+    values[1] = solved_2_4  # [3, 0]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -190,9 +175,9 @@ def mass(t, state, inputs, constants, values):
     half_L_times_m_p = constants[8]
     third_L_squared_times_m_p = constants[9]
 
-    values[0] = m_c + m_p
-    values[1] = half_L_times_m_p * math.cos(theta)
-    values[2] = third_L_squared_times_m_p
+    values[0] = m_c + m_p  # [0, 0]
+    values[1] = half_L_times_m_p * math.cos(theta)  # [1, 0]
+    values[2] = third_L_squared_times_m_p  # [1, 1]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

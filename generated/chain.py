@@ -11,28 +11,12 @@ CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
-    ("q_1", "m", "displacement of mass 1"),
-    ("q_2", "m", "displacement of mass 2"),
-    ("q_3", "m", "displacement of mass 3"),
-    ("q_4", "m", "displacement of mass 4"),
-    ("q_5", "m", "displacement of mass 5"),
-    ("q_6", "m", "displacement of mass 6"),
-    ("q_7", "m", "displacement of mass 7"),
-    ("q_8", "m", "displacement of mass 8"),
-    ("q_9", "m", "displacement of mass 9"),
-    ("q_10", "m", "displacement of mass 10"),
-    ("qdot_1", "m/s", "rate of change of: displacement of mass 1"),
-    ("qdot_2", "m/s", "rate of change of: displacement of mass 2"),
-    ("qdot_3", "m/s", "rate of change of: displacement of mass 3"),
-    ("qdot_4", "m/s", "rate of change of: displacement of mass 4"),
-    ("qdot_5", "m/s", "rate of change of: displacement of mass 5"),
-    ("qdot_6", "m/s", "rate of change of: displacement of mass 6"),
-    ("qdot_7", "m/s", "rate of change of: displacement of mass 7"),
-    ("qdot_8", "m/s", "rate of change of: displacement of mass 8"),
-    ("qdot_9", "m/s", "rate of change of: displacement of mass 9"),
-    ("qdot_10", "m/s", "rate of change of: displacement of mass 10"),
+    ("q_{1..10}", "m", "displacement of mass {1..10}"),
+    ("qdot_{1..10}", "m/s", "rate of change of: displacement of mass {1..10}"),
 )
 COORDINATES = 10
 
@@ -56,12 +40,8 @@ PARAMETER = (
 # name: what differs from the defaults
 PARAMETER_SETS = {}
 
-CONSTANT = (
-    "m",
-    "k",
-    "c",
-    "inverse_m",
-)
+# what follows the parameters in `constants`
+CONSTANT = ("inverse_m",)
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = (
@@ -93,41 +73,22 @@ MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,), (7,), (8,), (9,))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
+    constants[:3] = parameters
+
     m = parameters[0]
-    k = parameters[1]
-    c = parameters[2]
 
     inverse_m = 1.0 / m
 
-    constants[0] = m
-    constants[1] = k
-    constants[2] = c
     constants[3] = inverse_m
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
-    q_1 = state[0]
-    q_2 = state[1]
-    q_3 = state[2]
-    q_4 = state[3]
-    q_5 = state[4]
-    q_6 = state[5]
-    q_7 = state[6]
-    q_8 = state[7]
-    q_9 = state[8]
-    q_10 = state[9]
-    qdot_1 = state[10]
-    qdot_2 = state[11]
-    qdot_3 = state[12]
-    qdot_4 = state[13]
-    qdot_5 = state[14]
-    qdot_6 = state[15]
-    qdot_7 = state[16]
-    qdot_8 = state[17]
-    qdot_9 = state[18]
-    qdot_10 = state[19]
+    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
+    q_8, q_9, q_10 = state[7], state[8], state[9]
+    qdot_1, qdot_2, qdot_3, qdot_4, qdot_5, qdot_6 = state[10], state[11], state[12], state[13], state[14], state[15]
+    qdot_7, qdot_8, qdot_9, qdot_10 = state[16], state[17], state[18], state[19]
     w = inputs[0]
     wdot = inputs[1]
     k = constants[1]
@@ -186,72 +147,72 @@ def jacobian(t, state, inputs, constants, values):
     tmp_1 = inverse_m * k
     tmp_2 = inverse_m * c
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = 1.0
-    values[3] = 1.0
-    values[4] = 1.0
-    values[5] = 1.0
-    values[6] = 1.0
-    values[7] = 1.0
-    values[8] = 1.0
-    values[9] = 1.0
-    values[10] = -2.0 * tmp_1
-    values[11] = tmp_1
-    values[12] = -2.0 * tmp_2
-    values[13] = tmp_2
-    values[14] = tmp_1
-    values[15] = -2.0 * tmp_1
-    values[16] = tmp_1
-    values[17] = tmp_2
-    values[18] = -2.0 * tmp_2
-    values[19] = tmp_2
-    values[20] = tmp_1
-    values[21] = -2.0 * tmp_1
-    values[22] = tmp_1
-    values[23] = tmp_2
-    values[24] = -2.0 * tmp_2
-    values[25] = tmp_2
-    values[26] = tmp_1
-    values[27] = -2.0 * tmp_1
-    values[28] = tmp_1
-    values[29] = tmp_2
-    values[30] = -2.0 * tmp_2
-    values[31] = tmp_2
-    values[32] = tmp_1
-    values[33] = -2.0 * tmp_1
-    values[34] = tmp_1
-    values[35] = tmp_2
-    values[36] = -2.0 * tmp_2
-    values[37] = tmp_2
-    values[38] = tmp_1
-    values[39] = -2.0 * tmp_1
-    values[40] = tmp_1
-    values[41] = tmp_2
-    values[42] = -2.0 * tmp_2
-    values[43] = tmp_2
-    values[44] = tmp_1
-    values[45] = -2.0 * tmp_1
-    values[46] = tmp_1
-    values[47] = tmp_2
-    values[48] = -2.0 * tmp_2
-    values[49] = tmp_2
-    values[50] = tmp_1
-    values[51] = -2.0 * tmp_1
-    values[52] = tmp_1
-    values[53] = tmp_2
-    values[54] = -2.0 * tmp_2
-    values[55] = tmp_2
-    values[56] = tmp_1
-    values[57] = -2.0 * tmp_1
-    values[58] = tmp_1
-    values[59] = tmp_2
-    values[60] = -2.0 * tmp_2
-    values[61] = tmp_2
-    values[62] = tmp_1
-    values[63] = -tmp_1
-    values[64] = tmp_2
-    values[65] = -tmp_2
+    values[0] = 1.0  # [0, 10]
+    values[1] = 1.0  # [1, 11]
+    values[2] = 1.0  # [2, 12]
+    values[3] = 1.0  # [3, 13]
+    values[4] = 1.0  # [4, 14]
+    values[5] = 1.0  # [5, 15]
+    values[6] = 1.0  # [6, 16]
+    values[7] = 1.0  # [7, 17]
+    values[8] = 1.0  # [8, 18]
+    values[9] = 1.0  # [9, 19]
+    values[10] = -2.0 * tmp_1  # [10, 0]
+    values[11] = tmp_1  # [10, 1]
+    values[12] = -2.0 * tmp_2  # [10, 10]
+    values[13] = tmp_2  # [10, 11]
+    values[14] = tmp_1  # [11, 0]
+    values[15] = -2.0 * tmp_1  # [11, 1]
+    values[16] = tmp_1  # [11, 2]
+    values[17] = tmp_2  # [11, 10]
+    values[18] = -2.0 * tmp_2  # [11, 11]
+    values[19] = tmp_2  # [11, 12]
+    values[20] = tmp_1  # [12, 1]
+    values[21] = -2.0 * tmp_1  # [12, 2]
+    values[22] = tmp_1  # [12, 3]
+    values[23] = tmp_2  # [12, 11]
+    values[24] = -2.0 * tmp_2  # [12, 12]
+    values[25] = tmp_2  # [12, 13]
+    values[26] = tmp_1  # [13, 2]
+    values[27] = -2.0 * tmp_1  # [13, 3]
+    values[28] = tmp_1  # [13, 4]
+    values[29] = tmp_2  # [13, 12]
+    values[30] = -2.0 * tmp_2  # [13, 13]
+    values[31] = tmp_2  # [13, 14]
+    values[32] = tmp_1  # [14, 3]
+    values[33] = -2.0 * tmp_1  # [14, 4]
+    values[34] = tmp_1  # [14, 5]
+    values[35] = tmp_2  # [14, 13]
+    values[36] = -2.0 * tmp_2  # [14, 14]
+    values[37] = tmp_2  # [14, 15]
+    values[38] = tmp_1  # [15, 4]
+    values[39] = -2.0 * tmp_1  # [15, 5]
+    values[40] = tmp_1  # [15, 6]
+    values[41] = tmp_2  # [15, 14]
+    values[42] = -2.0 * tmp_2  # [15, 15]
+    values[43] = tmp_2  # [15, 16]
+    values[44] = tmp_1  # [16, 5]
+    values[45] = -2.0 * tmp_1  # [16, 6]
+    values[46] = tmp_1  # [16, 7]
+    values[47] = tmp_2  # [16, 15]
+    values[48] = -2.0 * tmp_2  # [16, 16]
+    values[49] = tmp_2  # [16, 17]
+    values[50] = tmp_1  # [17, 6]
+    values[51] = -2.0 * tmp_1  # [17, 7]
+    values[52] = tmp_1  # [17, 8]
+    values[53] = tmp_2  # [17, 16]
+    values[54] = -2.0 * tmp_2  # [17, 17]
+    values[55] = tmp_2  # [17, 18]
+    values[56] = tmp_1  # [18, 7]
+    values[57] = -2.0 * tmp_1  # [18, 8]
+    values[58] = tmp_1  # [18, 9]
+    values[59] = tmp_2  # [18, 17]
+    values[60] = -2.0 * tmp_2  # [18, 18]
+    values[61] = tmp_2  # [18, 19]
+    values[62] = tmp_1  # [19, 8]
+    values[63] = -tmp_1  # [19, 9]
+    values[64] = tmp_2  # [19, 18]
+    values[65] = -tmp_2  # [19, 19]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -261,8 +222,8 @@ def input_jacobian(t, state, inputs, constants, values):
     c = constants[2]
     inverse_m = constants[3]
 
-    values[0] = inverse_m * k
-    values[1] = inverse_m * c
+    values[0] = inverse_m * k  # [10, 0]
+    values[1] = inverse_m * c  # [10, 1]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -270,41 +231,25 @@ def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
     m = constants[0]
 
-    values[0] = m
-    values[1] = m
-    values[2] = m
-    values[3] = m
-    values[4] = m
-    values[5] = m
-    values[6] = m
-    values[7] = m
-    values[8] = m
-    values[9] = m
+    values[0] = m  # [0, 0]
+    values[1] = m  # [1, 1]
+    values[2] = m  # [2, 2]
+    values[3] = m  # [3, 3]
+    values[4] = m  # [4, 4]
+    values[5] = m  # [5, 5]
+    values[6] = m  # [6, 6]
+    values[7] = m  # [7, 7]
+    values[8] = m  # [8, 8]
+    values[9] = m  # [9, 9]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
-    q_1 = state[0]
-    q_2 = state[1]
-    q_3 = state[2]
-    q_4 = state[3]
-    q_5 = state[4]
-    q_6 = state[5]
-    q_7 = state[6]
-    q_8 = state[7]
-    q_9 = state[8]
-    q_10 = state[9]
-    qdot_1 = state[10]
-    qdot_2 = state[11]
-    qdot_3 = state[12]
-    qdot_4 = state[13]
-    qdot_5 = state[14]
-    qdot_6 = state[15]
-    qdot_7 = state[16]
-    qdot_8 = state[17]
-    qdot_9 = state[18]
-    qdot_10 = state[19]
+    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
+    q_8, q_9, q_10 = state[7], state[8], state[9]
+    qdot_1, qdot_2, qdot_3, qdot_4, qdot_5, qdot_6 = state[10], state[11], state[12], state[13], state[14], state[15]
+    qdot_7, qdot_8, qdot_9, qdot_10 = state[16], state[17], state[18], state[19]
     w = inputs[0]
     wdot = inputs[1]
     m = constants[0]

@@ -13,7 +13,9 @@ CONVENTION = 2
 MASS_MATRIX = "configuration-dependent"
 LINEAR = False
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
     ("theta_1", "rad", "angle of the upper rod"),
     ("theta_2", "rad", "angle of the lower rod"),
@@ -46,14 +48,8 @@ PARAMETER = (
 # name: what differs from the defaults
 PARAMETER_SETS = {}
 
+# what follows the parameters in `constants`
 CONSTANT = (
-    "m_1",
-    "m_2",
-    "l_1",
-    "l_2",
-    "c_1",
-    "c_2",
-    "g",
     "m_1_plus_m_2",
     "inverse_pivot_1",
     "l_2_times_m_2",
@@ -71,12 +67,10 @@ MASS = ((0,), (0, 1))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    m_1 = parameters[0]
-    m_2 = parameters[1]
-    l_1 = parameters[2]
-    l_2 = parameters[3]
-    c_1 = parameters[4]
-    c_2 = parameters[5]
+    constants[:7] = parameters
+
+    m_1, m_2 = parameters[0], parameters[1]
+    l_1, l_2 = parameters[2], parameters[3]
     g = parameters[6]
 
     m_1_plus_m_2 = m_1 + m_2
@@ -86,13 +80,6 @@ def constants(parameters, constants):
     g_times_m_1_plus_m_2 = g * m_1_plus_m_2
     l_2_squared_times_m_2 = l_2 * l_2 * m_2
 
-    constants[0] = m_1
-    constants[1] = m_2
-    constants[2] = l_1
-    constants[3] = l_2
-    constants[4] = c_1
-    constants[5] = c_2
-    constants[6] = g
     constants[7] = m_1_plus_m_2
     constants[8] = inverse_pivot_1
     constants[9] = l_2_times_m_2
@@ -104,13 +91,10 @@ def constants(parameters, constants):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    thetadot_1 = state[2]
-    thetadot_2 = state[3]
+    theta_1, theta_2 = state[0], state[1]
+    thetadot_1, thetadot_2 = state[2], state[3]
     l_1 = constants[2]
-    c_1 = constants[4]
-    c_2 = constants[5]
+    c_1, c_2 = constants[4], constants[5]
     g = constants[6]
     inverse_pivot_1 = constants[8]
     l_2_times_m_2 = constants[9]
@@ -144,13 +128,10 @@ def rhs(t, state, inputs, constants, derivative):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, values):
     """Derivative of rhs by the state, at the places in JACOBIAN."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    thetadot_1 = state[2]
-    thetadot_2 = state[3]
+    theta_1, theta_2 = state[0], state[1]
+    thetadot_1, thetadot_2 = state[2], state[3]
     l_1 = constants[2]
-    c_1 = constants[4]
-    c_2 = constants[5]
+    c_1, c_2 = constants[4], constants[5]
     g = constants[6]
     inverse_pivot_1 = constants[8]
     l_2_times_m_2 = constants[9]
@@ -189,16 +170,16 @@ def jacobian(t, state, inputs, constants, values):
     reduced_1_5 = 2.0 * tmp_5 * thetadot_2 + c_2
     solved_2_4 = -inverse_pivot_2 * (reduced_1_5 * lower_2_1 + c_2)
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1
-    values[3] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1
-    values[4] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1
-    values[5] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1
-    values[6] = solved_2
-    values[7] = solved_2_2
-    values[8] = solved_2_3
-    values[9] = solved_2_4
+    values[0] = 1.0  # [0, 2]
+    values[1] = 1.0  # [1, 3]
+    values[2] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1  # [2, 0]
+    values[3] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1  # [2, 1]
+    values[4] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1  # [2, 2]
+    values[5] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1  # [2, 3]
+    values[6] = solved_2  # [3, 0]
+    values[7] = solved_2_2  # [3, 1]
+    values[8] = solved_2_3  # [3, 2]
+    values[9] = solved_2_4  # [3, 3]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -210,31 +191,25 @@ def input_jacobian(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
-    theta_1 = state[0]
-    theta_2 = state[1]
+    theta_1, theta_2 = state[0], state[1]
     l_1 = constants[2]
     m_1_plus_m_2 = constants[7]
     l_1_times_l_2_times_m_2 = constants[10]
     l_2_squared_times_m_2 = constants[12]
 
-    values[0] = m_1_plus_m_2 * l_1 * l_1
-    values[1] = l_1_times_l_2_times_m_2 * math.cos(theta_2 - theta_1)
-    values[2] = l_2_squared_times_m_2
+    values[0] = m_1_plus_m_2 * l_1 * l_1  # [0, 0]
+    values[1] = l_1_times_l_2_times_m_2 * math.cos(theta_2 - theta_1)  # [1, 0]
+    values[2] = l_2_squared_times_m_2  # [1, 1]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    thetadot_1 = state[2]
-    thetadot_2 = state[3]
-    m_1 = constants[0]
-    m_2 = constants[1]
-    l_1 = constants[2]
-    l_2 = constants[3]
-    c_1 = constants[4]
-    c_2 = constants[5]
+    theta_1, theta_2 = state[0], state[1]
+    thetadot_1, thetadot_2 = state[2], state[3]
+    m_1, m_2 = constants[0], constants[1]
+    l_1, l_2 = constants[2], constants[3]
+    c_1, c_2 = constants[4], constants[5]
     g = constants[6]
     m_1_plus_m_2 = constants[7]
 
@@ -257,10 +232,8 @@ def energy(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    l_1 = constants[2]
-    l_2 = constants[3]
+    theta_1, theta_2 = state[0], state[1]
+    l_1, l_2 = constants[2], constants[3]
 
     values[0] = l_1 * math.sin(theta_1) + l_2 * math.sin(theta_2)
     values[1] = -(l_1 * math.cos(theta_1) + l_2 * math.cos(theta_2))

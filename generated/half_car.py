@@ -11,7 +11,9 @@ CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
     ("z_b", "m", "heave of the body"),
     ("theta", "rad", "pitch of the body"),
@@ -34,10 +36,7 @@ INPUT = (
 RHS_INPUTS = 2
 
 # inputs that act at a place along the way of travel, in the order of `positions`
-POSITION = (
-    "w_f",
-    "w_r",
-)
+POSITION = ("w_f", "w_r")
 
 # name, unit, meaning
 OUTPUT = (
@@ -68,24 +67,8 @@ PARAMETER = (
 # name: what differs from the defaults
 PARAMETER_SETS = {}
 
-CONSTANT = (
-    "m_b",
-    "I_b",
-    "m_f",
-    "m_r",
-    "k_f",
-    "k_r",
-    "c_f",
-    "c_r",
-    "k_tf",
-    "k_tr",
-    "a_f",
-    "a_r",
-    "inverse_m_b",
-    "inverse_I_b",
-    "inverse_m_f",
-    "inverse_m_r",
-)
+# what follows the parameters in `constants`
+CONSTANT = ("inverse_m_b", "inverse_I_b", "inverse_m_f", "inverse_m_r")
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = (
@@ -105,36 +88,18 @@ MASS = ((0,), (1,), (2,), (3,))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
+    constants[:12] = parameters
+
     m_b = parameters[0]
     I_b = parameters[1]
     m_f = parameters[2]
     m_r = parameters[3]
-    k_f = parameters[4]
-    k_r = parameters[5]
-    c_f = parameters[6]
-    c_r = parameters[7]
-    k_tf = parameters[8]
-    k_tr = parameters[9]
-    a_f = parameters[10]
-    a_r = parameters[11]
 
     inverse_m_b = 1.0 / m_b
     inverse_I_b = 1.0 / I_b
     inverse_m_f = 1.0 / m_f
     inverse_m_r = 1.0 / m_r
 
-    constants[0] = m_b
-    constants[1] = I_b
-    constants[2] = m_f
-    constants[3] = m_r
-    constants[4] = k_f
-    constants[5] = k_r
-    constants[6] = c_f
-    constants[7] = c_r
-    constants[8] = k_tf
-    constants[9] = k_tr
-    constants[10] = a_f
-    constants[11] = a_r
     constants[12] = inverse_m_b
     constants[13] = inverse_I_b
     constants[14] = inverse_m_f
@@ -211,38 +176,38 @@ def jacobian(t, state, inputs, constants, values):
     tmp_7 = inverse_m_f * c_f
     tmp_8 = inverse_m_r * c_r
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = 1.0
-    values[3] = 1.0
-    values[4] = -inverse_m_b * (k_f + k_r)
-    values[5] = inverse_m_b * tmp_3
-    values[6] = inverse_m_b * k_f
-    values[7] = inverse_m_b * k_r
-    values[8] = -inverse_m_b * (c_f + c_r)
-    values[9] = inverse_m_b * tmp_6
-    values[10] = inverse_m_b * c_f
-    values[11] = inverse_m_b * c_r
-    values[12] = inverse_I_b * tmp_3
-    values[13] = -inverse_I_b * (k_f * a_f_squared + k_r * a_r_squared)
-    values[14] = inverse_I_b * tmp_1
-    values[15] = -inverse_I_b * tmp_2
-    values[16] = inverse_I_b * tmp_6
-    values[17] = -inverse_I_b * (c_f * a_f_squared + c_r * a_r_squared)
-    values[18] = inverse_I_b * tmp_4
-    values[19] = -inverse_I_b * tmp_5
-    values[20] = inverse_m_f * k_f
-    values[21] = inverse_m_f * tmp_1
-    values[22] = -inverse_m_f * (k_f + k_tf)
-    values[23] = tmp_7
-    values[24] = inverse_m_f * tmp_4
-    values[25] = -tmp_7
-    values[26] = inverse_m_r * k_r
-    values[27] = -inverse_m_r * tmp_2
-    values[28] = -inverse_m_r * (k_r + k_tr)
-    values[29] = tmp_8
-    values[30] = -inverse_m_r * tmp_5
-    values[31] = -tmp_8
+    values[0] = 1.0  # [0, 4]
+    values[1] = 1.0  # [1, 5]
+    values[2] = 1.0  # [2, 6]
+    values[3] = 1.0  # [3, 7]
+    values[4] = -inverse_m_b * (k_f + k_r)  # [4, 0]
+    values[5] = inverse_m_b * tmp_3  # [4, 1]
+    values[6] = inverse_m_b * k_f  # [4, 2]
+    values[7] = inverse_m_b * k_r  # [4, 3]
+    values[8] = -inverse_m_b * (c_f + c_r)  # [4, 4]
+    values[9] = inverse_m_b * tmp_6  # [4, 5]
+    values[10] = inverse_m_b * c_f  # [4, 6]
+    values[11] = inverse_m_b * c_r  # [4, 7]
+    values[12] = inverse_I_b * tmp_3  # [5, 0]
+    values[13] = -inverse_I_b * (k_f * a_f_squared + k_r * a_r_squared)  # [5, 1]
+    values[14] = inverse_I_b * tmp_1  # [5, 2]
+    values[15] = -inverse_I_b * tmp_2  # [5, 3]
+    values[16] = inverse_I_b * tmp_6  # [5, 4]
+    values[17] = -inverse_I_b * (c_f * a_f_squared + c_r * a_r_squared)  # [5, 5]
+    values[18] = inverse_I_b * tmp_4  # [5, 6]
+    values[19] = -inverse_I_b * tmp_5  # [5, 7]
+    values[20] = inverse_m_f * k_f  # [6, 0]
+    values[21] = inverse_m_f * tmp_1  # [6, 1]
+    values[22] = -inverse_m_f * (k_f + k_tf)  # [6, 2]
+    values[23] = tmp_7  # [6, 4]
+    values[24] = inverse_m_f * tmp_4  # [6, 5]
+    values[25] = -tmp_7  # [6, 6]
+    values[26] = inverse_m_r * k_r  # [7, 0]
+    values[27] = -inverse_m_r * tmp_2  # [7, 1]
+    values[28] = -inverse_m_r * (k_r + k_tr)  # [7, 3]
+    values[29] = tmp_8  # [7, 4]
+    values[30] = -inverse_m_r * tmp_5  # [7, 5]
+    values[31] = -tmp_8  # [7, 7]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -253,8 +218,8 @@ def input_jacobian(t, state, inputs, constants, values):
     inverse_m_f = constants[14]
     inverse_m_r = constants[15]
 
-    values[0] = inverse_m_f * k_tf
-    values[1] = inverse_m_r * k_tr
+    values[0] = inverse_m_f * k_tf  # [6, 0]
+    values[1] = inverse_m_r * k_tr  # [7, 1]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -265,10 +230,10 @@ def mass(t, state, inputs, constants, values):
     m_f = constants[2]
     m_r = constants[3]
 
-    values[0] = m_b
-    values[1] = I_b
-    values[2] = m_f
-    values[3] = m_r
+    values[0] = m_b  # [0, 0]
+    values[1] = I_b  # [1, 1]
+    values[2] = m_f  # [2, 2]
+    values[3] = m_r  # [3, 3]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

@@ -11,20 +11,14 @@ CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
-    ("q_1", "m", "vertical displacement of axle 1"),
-    ("q_2", "m", "vertical displacement of axle 2"),
-    ("q_3", "m", "vertical displacement of axle 3"),
-    ("q_4", "m", "vertical displacement of axle 4"),
-    ("q_5", "m", "vertical displacement of axle 5"),
+    ("q_{1..5}", "m", "vertical displacement of axle {1..5}"),
     ("q_6", "m", "heave of the hull"),
     ("q_7", "rad", "pitch of the hull"),
-    ("qdot_1", "m/s", "rate of change of: vertical displacement of axle 1"),
-    ("qdot_2", "m/s", "rate of change of: vertical displacement of axle 2"),
-    ("qdot_3", "m/s", "rate of change of: vertical displacement of axle 3"),
-    ("qdot_4", "m/s", "rate of change of: vertical displacement of axle 4"),
-    ("qdot_5", "m/s", "rate of change of: vertical displacement of axle 5"),
+    ("qdot_{1..5}", "m/s", "rate of change of: vertical displacement of axle {1..5}"),
     ("qdot_6", "m/s", "rate of change of: heave of the hull"),
     ("qdot_7", "rad/s", "rate of change of: pitch of the hull"),
 )
@@ -32,28 +26,14 @@ COORDINATES = 7
 
 # name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
 INPUT = (
-    ("z_1", "", "m", "road height under axle 1"),
-    ("z_2", "", "m", "road height under axle 2"),
-    ("z_3", "", "m", "road height under axle 3"),
-    ("z_4", "", "m", "road height under axle 4"),
-    ("z_5", "", "m", "road height under axle 5"),
+    ("z_{1..5}", "", "m", "road height under axle {1..5}"),
     ("F", "", "N", "recoil force of the gun"),
-    ("zdot_1", "z_1", "m/s", "rate of change of: road height under axle 1"),
-    ("zdot_2", "z_2", "m/s", "rate of change of: road height under axle 2"),
-    ("zdot_3", "z_3", "m/s", "rate of change of: road height under axle 3"),
-    ("zdot_4", "z_4", "m/s", "rate of change of: road height under axle 4"),
-    ("zdot_5", "z_5", "m/s", "rate of change of: road height under axle 5"),
+    ("zdot_{1..5}", "z_{1..5}", "m/s", "rate of change of: road height under axle {1..5}"),
 )
 RHS_INPUTS = 6
 
 # inputs that act at a place along the way of travel, in the order of `positions`
-POSITION = (
-    "z_1",
-    "z_2",
-    "z_3",
-    "z_4",
-    "z_5",
-)
+POSITION = ("z_{1..5}",)
 
 # name, unit, meaning
 OUTPUT = (
@@ -62,45 +42,24 @@ OUTPUT = (
     ("heave_acceleration", "m/s^2", "heave acceleration of the hull"),
     ("pitch_acceleration", "rad/s^2", "pitch acceleration of the hull"),
     ("barrel_end", "m", "vertical displacement of the barrel end"),
-    ("d_1", "m", "suspension deflection, axle 1"),
-    ("d_2", "m", "suspension deflection, axle 2"),
-    ("d_3", "m", "suspension deflection, axle 3"),
-    ("d_4", "m", "suspension deflection, axle 4"),
-    ("d_5", "m", "suspension deflection, axle 5"),
-    ("tyre_force_1", "N", "tyre force, axle 1"),
-    ("tyre_force_2", "N", "tyre force, axle 2"),
-    ("tyre_force_3", "N", "tyre force, axle 3"),
-    ("tyre_force_4", "N", "tyre force, axle 4"),
-    ("tyre_force_5", "N", "tyre force, axle 5"),
+    ("d_{1..5}", "m", "suspension deflection, axle {1..5}"),
+    ("tyre_force_{1..5}", "N", "tyre force, axle {1..5}"),
 )
 
 # name, default, unit, meaning
 PARAMETER = (
     ("m_1", 160.0, "kg", "unsprung mass, axle 1"),
-    ("m_2", 120.0, "kg", "unsprung mass, axle 2"),
-    ("m_3", 120.0, "kg", "unsprung mass, axle 3"),
-    ("m_4", 120.0, "kg", "unsprung mass, axle 4"),
+    ("m_{2..4}", 120.0, "kg", "unsprung mass, axle {2..4}"),
     ("m_5", 160.0, "kg", "unsprung mass, axle 5"),
     ("m_6", 10120.0, "kg", "mass of the hull"),
     ("I_6", 21900.0, "kg m^2", "pitch moment of inertia of the hull"),
-    ("k_1", 2150000.0, "N/m", "tyre stiffness, axle 1"),
-    ("k_2", 2150000.0, "N/m", "tyre stiffness, axle 2"),
-    ("k_3", 2150000.0, "N/m", "tyre stiffness, axle 3"),
-    ("k_4", 2150000.0, "N/m", "tyre stiffness, axle 4"),
-    ("k_5", 2150000.0, "N/m", "tyre stiffness, axle 5"),
-    ("k_6", 65000.0, "N/m", "suspension stiffness, axle 1"),
-    ("k_7", 65000.0, "N/m", "suspension stiffness, axle 2"),
-    ("k_8", 65000.0, "N/m", "suspension stiffness, axle 3"),
-    ("k_9", 65000.0, "N/m", "suspension stiffness, axle 4"),
-    ("k_10", 65000.0, "N/m", "suspension stiffness, axle 5"),
+    ("k_{1..5}", 2150000.0, "N/m", "tyre stiffness, axle {1..5}"),
+    ("k_{6..10}", 65000.0, "N/m", "suspension stiffness, axle {1..5}"),
     ("c_6", 1800.0, "N s/m", "suspension damping, axle 1"),
     ("c_10", 1800.0, "N s/m", "suspension damping, axle 5"),
     ("l_1", 2.34, "m", "front of the hull to its centre of mass"),
     ("l_2", 0.68, "m", "front of the hull to axle 1"),
-    ("l_3", 0.66, "m", "axle 1 to axle 2"),
-    ("l_4", 0.66, "m", "axle 2 to axle 3"),
-    ("l_5", 0.66, "m", "axle 3 to axle 4"),
-    ("l_6", 0.66, "m", "axle 4 to axle 5"),
+    ("l_{3..6}", 0.66, "m", "axle {1..4} to axle {2..5}"),
     ("l_9", 1.3, "m", "height of the centre of mass"),
     ("l_10", 2.3, "m", "height of the gun's line of fire"),
     ("l_b", 3.0, "m", "barrel end ahead of the centre of mass (assumed, not in the paper)"),
@@ -109,59 +68,19 @@ PARAMETER = (
 
 # name: what differs from the defaults
 PARAMETER_SETS = {
-    "as_run_unloaded": {"k_1": 2150000.0, "k_2": 2150000.0, "k_3": 2150000.0, "k_4": 2150000.0, "k_5": 2150000.0},
-    "as_run_loaded": {
-        "k_1": 2150000.0,
-        "k_2": 2150000.0,
-        "k_3": 2150000.0,
-        "k_4": 2150000.0,
-        "k_5": 2150000.0,
-        "m_6": 11360.0,
-        "I_6": 24600.0,
-        "l_1": 2.45,
-    },
-    "as_printed_unloaded": {
-        "k_1": 21500000.0,
-        "k_2": 21500000.0,
-        "k_3": 21500000.0,
-        "k_4": 21500000.0,
-        "k_5": 21500000.0,
-    },
-    "as_printed_loaded": {
-        "k_1": 21500000.0,
-        "k_2": 21500000.0,
-        "k_3": 21500000.0,
-        "k_4": 21500000.0,
-        "k_5": 21500000.0,
-        "m_6": 11360.0,
-        "I_6": 24600.0,
-        "l_1": 2.45,
-    },
+    "as_run_unloaded": {"k_{1..5}": 2150000.0},
+    "as_run_loaded": {"k_{1..5}": 2150000.0, "m_6": 11360.0, "I_6": 24600.0, "l_1": 2.45},
+    "as_printed_unloaded": {"k_{1..5}": 21500000.0},
+    "as_printed_loaded": {"k_{1..5}": 21500000.0, "m_6": 11360.0, "I_6": 24600.0, "l_1": 2.45},
     "public_unloaded": {
-        "k_1": 2150000.0,
-        "k_2": 2150000.0,
-        "k_3": 2150000.0,
-        "k_4": 2150000.0,
-        "k_5": 2150000.0,
-        "k_6": 602816.3580246915,
-        "k_7": 602816.3580246915,
-        "k_8": 602816.3580246915,
-        "k_9": 602816.3580246915,
-        "k_10": 602816.3580246915,
+        "k_{1..5}": 2150000.0,
+        "k_{6..10}": 602816.3580246915,
         "c_6": 12056.327160493829,
         "c_10": 12056.327160493829,
     },
     "public_loaded": {
-        "k_1": 2150000.0,
-        "k_2": 2150000.0,
-        "k_3": 2150000.0,
-        "k_4": 2150000.0,
-        "k_5": 2150000.0,
-        "k_6": 602816.3580246915,
-        "k_7": 602816.3580246915,
-        "k_8": 602816.3580246915,
-        "k_9": 602816.3580246915,
-        "k_10": 602816.3580246915,
+        "k_{1..5}": 2150000.0,
+        "k_{6..10}": 602816.3580246915,
         "c_6": 12056.327160493829,
         "c_10": 12056.327160493829,
         "m_6": 11360.0,
@@ -170,48 +89,8 @@ PARAMETER_SETS = {
     },
 }
 
-CONSTANT = (
-    "m_1",
-    "m_2",
-    "m_3",
-    "m_4",
-    "m_5",
-    "m_6",
-    "I_6",
-    "k_1",
-    "k_2",
-    "k_3",
-    "k_4",
-    "k_5",
-    "k_6",
-    "k_7",
-    "k_8",
-    "k_9",
-    "k_10",
-    "c_6",
-    "c_10",
-    "l_b",
-    "g",
-    "a_1",
-    "a_2",
-    "a_3",
-    "a_4",
-    "a_5",
-    "g_times_m_1",
-    "inverse_m_1",
-    "g_times_m_2",
-    "inverse_m_2",
-    "g_times_m_3",
-    "inverse_m_3",
-    "g_times_m_4",
-    "inverse_m_4",
-    "g_times_m_5",
-    "inverse_m_5",
-    "g_times_m_6",
-    "inverse_m_6",
-    "l_10_minus_l_9",
-    "inverse_I_6",
-)
+# what follows the parameters in `constants`
+CONSTANT = ("a_{1..5}", "g_times_m_{1..6}", "inverse_m_{1..6}", "l_10_minus_l_9", "inverse_I_6")
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = (
@@ -237,34 +116,13 @@ MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    m_1 = parameters[0]
-    m_2 = parameters[1]
-    m_3 = parameters[2]
-    m_4 = parameters[3]
-    m_5 = parameters[4]
+    constants[:29] = parameters
+
+    m_1, m_2, m_3, m_4, m_5 = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     m_6 = parameters[5]
     I_6 = parameters[6]
-    k_1 = parameters[7]
-    k_2 = parameters[8]
-    k_3 = parameters[9]
-    k_4 = parameters[10]
-    k_5 = parameters[11]
-    k_6 = parameters[12]
-    k_7 = parameters[13]
-    k_8 = parameters[14]
-    k_9 = parameters[15]
-    k_10 = parameters[16]
-    c_6 = parameters[17]
-    c_10 = parameters[18]
-    l_1 = parameters[19]
-    l_2 = parameters[20]
-    l_3 = parameters[21]
-    l_4 = parameters[22]
-    l_5 = parameters[23]
-    l_6 = parameters[24]
-    l_9 = parameters[25]
-    l_10 = parameters[26]
-    l_b = parameters[27]
+    l_1, l_2, l_3, l_4, l_5 = parameters[19], parameters[20], parameters[21], parameters[22], parameters[23]
+    l_6, l_9, l_10 = parameters[24], parameters[25], parameters[26]
     g = parameters[28]
 
     l_11 = l_1 - l_2 - l_3 - l_4
@@ -288,102 +146,45 @@ def constants(parameters, constants):
     l_10_minus_l_9 = l_10 - l_9
     inverse_I_6 = 1.0 / I_6
 
-    constants[0] = m_1
-    constants[1] = m_2
-    constants[2] = m_3
-    constants[3] = m_4
-    constants[4] = m_5
-    constants[5] = m_6
-    constants[6] = I_6
-    constants[7] = k_1
-    constants[8] = k_2
-    constants[9] = k_3
-    constants[10] = k_4
-    constants[11] = k_5
-    constants[12] = k_6
-    constants[13] = k_7
-    constants[14] = k_8
-    constants[15] = k_9
-    constants[16] = k_10
-    constants[17] = c_6
-    constants[18] = c_10
-    constants[19] = l_b
-    constants[20] = g
-    constants[21] = a_1
-    constants[22] = a_2
-    constants[23] = a_3
-    constants[24] = a_4
-    constants[25] = a_5
-    constants[26] = g_times_m_1
-    constants[27] = inverse_m_1
-    constants[28] = g_times_m_2
-    constants[29] = inverse_m_2
-    constants[30] = g_times_m_3
-    constants[31] = inverse_m_3
-    constants[32] = g_times_m_4
-    constants[33] = inverse_m_4
-    constants[34] = g_times_m_5
-    constants[35] = inverse_m_5
-    constants[36] = g_times_m_6
-    constants[37] = inverse_m_6
-    constants[38] = l_10_minus_l_9
-    constants[39] = inverse_I_6
+    constants[29] = a_1
+    constants[30] = a_2
+    constants[31] = a_3
+    constants[32] = a_4
+    constants[33] = a_5
+    constants[34] = g_times_m_1
+    constants[35] = g_times_m_2
+    constants[36] = g_times_m_3
+    constants[37] = g_times_m_4
+    constants[38] = g_times_m_5
+    constants[39] = g_times_m_6
+    constants[40] = inverse_m_1
+    constants[41] = inverse_m_2
+    constants[42] = inverse_m_3
+    constants[43] = inverse_m_4
+    constants[44] = inverse_m_5
+    constants[45] = inverse_m_6
+    constants[46] = l_10_minus_l_9
+    constants[47] = inverse_I_6
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
-    q_1 = state[0]
-    q_2 = state[1]
-    q_3 = state[2]
-    q_4 = state[3]
-    q_5 = state[4]
-    q_6 = state[5]
-    q_7 = state[6]
-    qdot_1 = state[7]
-    qdot_2 = state[8]
-    qdot_3 = state[9]
-    qdot_4 = state[10]
-    qdot_5 = state[11]
-    qdot_6 = state[12]
+    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
+    qdot_1, qdot_2, qdot_3, qdot_4, qdot_5, qdot_6 = state[7], state[8], state[9], state[10], state[11], state[12]
     qdot_7 = state[13]
-    z_1 = inputs[0]
-    z_2 = inputs[1]
-    z_3 = inputs[2]
-    z_4 = inputs[3]
-    z_5 = inputs[4]
+    z_1, z_2, z_3, z_4, z_5 = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4]
     F = inputs[5]
-    k_1 = constants[7]
-    k_2 = constants[8]
-    k_3 = constants[9]
-    k_4 = constants[10]
-    k_5 = constants[11]
-    k_6 = constants[12]
-    k_7 = constants[13]
-    k_8 = constants[14]
-    k_9 = constants[15]
-    k_10 = constants[16]
-    c_6 = constants[17]
-    c_10 = constants[18]
-    a_1 = constants[21]
-    a_2 = constants[22]
-    a_3 = constants[23]
-    a_4 = constants[24]
-    a_5 = constants[25]
-    g_times_m_1 = constants[26]
-    inverse_m_1 = constants[27]
-    g_times_m_2 = constants[28]
-    inverse_m_2 = constants[29]
-    g_times_m_3 = constants[30]
-    inverse_m_3 = constants[31]
-    g_times_m_4 = constants[32]
-    inverse_m_4 = constants[33]
-    g_times_m_5 = constants[34]
-    inverse_m_5 = constants[35]
-    g_times_m_6 = constants[36]
-    inverse_m_6 = constants[37]
-    l_10_minus_l_9 = constants[38]
-    inverse_I_6 = constants[39]
+    k_1, k_2, k_3, k_4, k_5, k_6 = constants[7], constants[8], constants[9], constants[10], constants[11], constants[12]
+    k_7, k_8, k_9, k_10 = constants[13], constants[14], constants[15], constants[16]
+    c_6, c_10 = constants[17], constants[18]
+    a_1, a_2, a_3, a_4, a_5 = constants[29], constants[30], constants[31], constants[32], constants[33]
+    g_times_m_1, g_times_m_2, g_times_m_3, g_times_m_4 = constants[34], constants[35], constants[36], constants[37]
+    g_times_m_5, g_times_m_6 = constants[38], constants[39]
+    inverse_m_1, inverse_m_2, inverse_m_3, inverse_m_4 = constants[40], constants[41], constants[42], constants[43]
+    inverse_m_5, inverse_m_6 = constants[44], constants[45]
+    l_10_minus_l_9 = constants[46]
+    inverse_I_6 = constants[47]
 
     d_1 = q_6 + a_1 * q_7 - q_1
     ddot_1 = qdot_6 + a_1 * qdot_7 - qdot_1
@@ -424,30 +225,13 @@ def rhs(t, state, inputs, constants, derivative):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, values):
     """Derivative of rhs by the state, at the places in JACOBIAN."""
-    k_1 = constants[7]
-    k_2 = constants[8]
-    k_3 = constants[9]
-    k_4 = constants[10]
-    k_5 = constants[11]
-    k_6 = constants[12]
-    k_7 = constants[13]
-    k_8 = constants[14]
-    k_9 = constants[15]
-    k_10 = constants[16]
-    c_6 = constants[17]
-    c_10 = constants[18]
-    a_1 = constants[21]
-    a_2 = constants[22]
-    a_3 = constants[23]
-    a_4 = constants[24]
-    a_5 = constants[25]
-    inverse_m_1 = constants[27]
-    inverse_m_2 = constants[29]
-    inverse_m_3 = constants[31]
-    inverse_m_4 = constants[33]
-    inverse_m_5 = constants[35]
-    inverse_m_6 = constants[37]
-    inverse_I_6 = constants[39]
+    k_1, k_2, k_3, k_4, k_5, k_6 = constants[7], constants[8], constants[9], constants[10], constants[11], constants[12]
+    k_7, k_8, k_9, k_10 = constants[13], constants[14], constants[15], constants[16]
+    c_6, c_10 = constants[17], constants[18]
+    a_1, a_2, a_3, a_4, a_5 = constants[29], constants[30], constants[31], constants[32], constants[33]
+    inverse_m_1, inverse_m_2, inverse_m_3, inverse_m_4 = constants[40], constants[41], constants[42], constants[43]
+    inverse_m_5, inverse_m_6 = constants[44], constants[45]
+    inverse_I_6 = constants[47]
 
     tmp_1 = inverse_m_1 * k_6
     tmp_2 = inverse_m_1 * c_6
@@ -468,158 +252,109 @@ def jacobian(t, state, inputs, constants, values):
     a_1_squared = a_1 * a_1
     a_5_squared = a_5 * a_5
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = 1.0
-    values[3] = 1.0
-    values[4] = 1.0
-    values[5] = 1.0
-    values[6] = 1.0
-    values[7] = -inverse_m_1 * (k_1 + k_6)
-    values[8] = tmp_1
-    values[9] = a_1 * tmp_1
-    values[10] = -tmp_2
-    values[11] = tmp_2
-    values[12] = a_1 * tmp_2
-    values[13] = -inverse_m_2 * (k_2 + k_7)
-    values[14] = tmp_3
-    values[15] = a_2 * tmp_3
-    values[16] = -inverse_m_3 * (k_3 + k_8)
-    values[17] = tmp_4
-    values[18] = a_3 * tmp_4
-    values[19] = -inverse_m_4 * (k_4 + k_9)
-    values[20] = tmp_5
-    values[21] = a_4 * tmp_5
-    values[22] = -inverse_m_5 * (k_5 + k_10)
-    values[23] = tmp_6
-    values[24] = a_5 * tmp_6
-    values[25] = -tmp_7
-    values[26] = tmp_7
-    values[27] = a_5 * tmp_7
-    values[28] = inverse_m_6 * k_6
-    values[29] = inverse_m_6 * k_7
-    values[30] = inverse_m_6 * k_8
-    values[31] = inverse_m_6 * k_9
-    values[32] = inverse_m_6 * k_10
-    values[33] = -inverse_m_6 * (k_6 + k_7 + k_8 + k_9 + k_10)
-    values[34] = -inverse_m_6 * tmp_13
-    values[35] = inverse_m_6 * c_6
-    values[36] = inverse_m_6 * c_10
-    values[37] = -inverse_m_6 * (c_6 + c_10)
-    values[38] = -inverse_m_6 * tmp_16
-    values[39] = inverse_I_6 * tmp_8
-    values[40] = inverse_I_6 * tmp_9
-    values[41] = inverse_I_6 * tmp_11
-    values[42] = inverse_I_6 * tmp_12
-    values[43] = inverse_I_6 * tmp_10
-    values[44] = -inverse_I_6 * tmp_13
+    values[0] = 1.0  # [0, 7]
+    values[1] = 1.0  # [1, 8]
+    values[2] = 1.0  # [2, 9]
+    values[3] = 1.0  # [3, 10]
+    values[4] = 1.0  # [4, 11]
+    values[5] = 1.0  # [5, 12]
+    values[6] = 1.0  # [6, 13]
+    values[7] = -inverse_m_1 * (k_1 + k_6)  # [7, 0]
+    values[8] = tmp_1  # [7, 5]
+    values[9] = a_1 * tmp_1  # [7, 6]
+    values[10] = -tmp_2  # [7, 7]
+    values[11] = tmp_2  # [7, 12]
+    values[12] = a_1 * tmp_2  # [7, 13]
+    values[13] = -inverse_m_2 * (k_2 + k_7)  # [8, 1]
+    values[14] = tmp_3  # [8, 5]
+    values[15] = a_2 * tmp_3  # [8, 6]
+    values[16] = -inverse_m_3 * (k_3 + k_8)  # [9, 2]
+    values[17] = tmp_4  # [9, 5]
+    values[18] = a_3 * tmp_4  # [9, 6]
+    values[19] = -inverse_m_4 * (k_4 + k_9)  # [10, 3]
+    values[20] = tmp_5  # [10, 5]
+    values[21] = a_4 * tmp_5  # [10, 6]
+    values[22] = -inverse_m_5 * (k_5 + k_10)  # [11, 4]
+    values[23] = tmp_6  # [11, 5]
+    values[24] = a_5 * tmp_6  # [11, 6]
+    values[25] = -tmp_7  # [11, 11]
+    values[26] = tmp_7  # [11, 12]
+    values[27] = a_5 * tmp_7  # [11, 13]
+    values[28] = inverse_m_6 * k_6  # [12, 0]
+    values[29] = inverse_m_6 * k_7  # [12, 1]
+    values[30] = inverse_m_6 * k_8  # [12, 2]
+    values[31] = inverse_m_6 * k_9  # [12, 3]
+    values[32] = inverse_m_6 * k_10  # [12, 4]
+    values[33] = -inverse_m_6 * (k_6 + k_7 + k_8 + k_9 + k_10)  # [12, 5]
+    values[34] = -inverse_m_6 * tmp_13  # [12, 6]
+    values[35] = inverse_m_6 * c_6  # [12, 7]
+    values[36] = inverse_m_6 * c_10  # [12, 11]
+    values[37] = -inverse_m_6 * (c_6 + c_10)  # [12, 12]
+    values[38] = -inverse_m_6 * tmp_16  # [12, 13]
+    values[39] = inverse_I_6 * tmp_8  # [13, 0]
+    values[40] = inverse_I_6 * tmp_9  # [13, 1]
+    values[41] = inverse_I_6 * tmp_11  # [13, 2]
+    values[42] = inverse_I_6 * tmp_12  # [13, 3]
+    values[43] = inverse_I_6 * tmp_10  # [13, 4]
+    values[44] = -inverse_I_6 * tmp_13  # [13, 5]
     values[45] = -inverse_I_6 * (
         k_6 * a_1_squared + k_10 * a_5_squared + a_2 * a_2 * k_7 + a_3 * a_3 * k_8 + a_4 * a_4 * k_9
-    )
-    values[46] = inverse_I_6 * tmp_14
-    values[47] = inverse_I_6 * tmp_15
-    values[48] = -inverse_I_6 * tmp_16
-    values[49] = -inverse_I_6 * (c_6 * a_1_squared + c_10 * a_5_squared)
+    )  # [13, 6]
+    values[46] = inverse_I_6 * tmp_14  # [13, 7]
+    values[47] = inverse_I_6 * tmp_15  # [13, 11]
+    values[48] = -inverse_I_6 * tmp_16  # [13, 12]
+    values[49] = -inverse_I_6 * (c_6 * a_1_squared + c_10 * a_5_squared)  # [13, 13]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def input_jacobian(t, state, inputs, constants, values):
     """Derivative of rhs by the inputs, at the places in INPUT_JACOBIAN."""
-    k_1 = constants[7]
-    k_2 = constants[8]
-    k_3 = constants[9]
-    k_4 = constants[10]
-    k_5 = constants[11]
-    inverse_m_1 = constants[27]
-    inverse_m_2 = constants[29]
-    inverse_m_3 = constants[31]
-    inverse_m_4 = constants[33]
-    inverse_m_5 = constants[35]
-    l_10_minus_l_9 = constants[38]
-    inverse_I_6 = constants[39]
+    k_1, k_2, k_3, k_4, k_5 = constants[7], constants[8], constants[9], constants[10], constants[11]
+    inverse_m_1, inverse_m_2, inverse_m_3, inverse_m_4 = constants[40], constants[41], constants[42], constants[43]
+    inverse_m_5 = constants[44]
+    l_10_minus_l_9 = constants[46]
+    inverse_I_6 = constants[47]
 
-    values[0] = inverse_m_1 * k_1
-    values[1] = inverse_m_2 * k_2
-    values[2] = inverse_m_3 * k_3
-    values[3] = inverse_m_4 * k_4
-    values[4] = inverse_m_5 * k_5
-    values[5] = -inverse_I_6 * l_10_minus_l_9
+    values[0] = inverse_m_1 * k_1  # [7, 0]
+    values[1] = inverse_m_2 * k_2  # [8, 1]
+    values[2] = inverse_m_3 * k_3  # [9, 2]
+    values[3] = inverse_m_4 * k_4  # [10, 3]
+    values[4] = inverse_m_5 * k_5  # [11, 4]
+    values[5] = -inverse_I_6 * l_10_minus_l_9  # [13, 5]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
-    m_1 = constants[0]
-    m_2 = constants[1]
-    m_3 = constants[2]
-    m_4 = constants[3]
-    m_5 = constants[4]
-    m_6 = constants[5]
+    m_1, m_2, m_3, m_4, m_5, m_6 = constants[0], constants[1], constants[2], constants[3], constants[4], constants[5]
     I_6 = constants[6]
 
-    values[0] = m_1
-    values[1] = m_2
-    values[2] = m_3
-    values[3] = m_4
-    values[4] = m_5
-    values[5] = m_6
-    values[6] = I_6
+    values[0] = m_1  # [0, 0]
+    values[1] = m_2  # [1, 1]
+    values[2] = m_3  # [2, 2]
+    values[3] = m_4  # [3, 3]
+    values[4] = m_5  # [4, 4]
+    values[5] = m_6  # [5, 5]
+    values[6] = I_6  # [6, 6]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
-    q_1 = state[0]
-    q_2 = state[1]
-    q_3 = state[2]
-    q_4 = state[3]
-    q_5 = state[4]
-    q_6 = state[5]
-    q_7 = state[6]
-    qdot_1 = state[7]
-    qdot_2 = state[8]
-    qdot_3 = state[9]
-    qdot_4 = state[10]
-    qdot_5 = state[11]
-    qdot_6 = state[12]
+    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
+    qdot_1, qdot_2, qdot_3, qdot_4, qdot_5, qdot_6 = state[7], state[8], state[9], state[10], state[11], state[12]
     qdot_7 = state[13]
-    z_1 = inputs[0]
-    z_2 = inputs[1]
-    z_3 = inputs[2]
-    z_4 = inputs[3]
-    z_5 = inputs[4]
+    z_1, z_2, z_3, z_4, z_5 = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4]
     F = inputs[5]
-    zdot_1 = inputs[6]
-    zdot_2 = inputs[7]
-    zdot_3 = inputs[8]
-    zdot_4 = inputs[9]
-    zdot_5 = inputs[10]
-    m_1 = constants[0]
-    m_2 = constants[1]
-    m_3 = constants[2]
-    m_4 = constants[3]
-    m_5 = constants[4]
-    m_6 = constants[5]
+    zdot_1, zdot_2, zdot_3, zdot_4, zdot_5 = inputs[6], inputs[7], inputs[8], inputs[9], inputs[10]
+    m_1, m_2, m_3, m_4, m_5, m_6 = constants[0], constants[1], constants[2], constants[3], constants[4], constants[5]
     I_6 = constants[6]
-    k_1 = constants[7]
-    k_2 = constants[8]
-    k_3 = constants[9]
-    k_4 = constants[10]
-    k_5 = constants[11]
-    k_6 = constants[12]
-    k_7 = constants[13]
-    k_8 = constants[14]
-    k_9 = constants[15]
-    k_10 = constants[16]
-    c_6 = constants[17]
-    c_10 = constants[18]
-    g = constants[20]
-    a_1 = constants[21]
-    a_2 = constants[22]
-    a_3 = constants[23]
-    a_4 = constants[24]
-    a_5 = constants[25]
-    l_10_minus_l_9 = constants[38]
+    k_1, k_2, k_3, k_4, k_5, k_6 = constants[7], constants[8], constants[9], constants[10], constants[11], constants[12]
+    k_7, k_8, k_9, k_10 = constants[13], constants[14], constants[15], constants[16]
+    c_6, c_10 = constants[17], constants[18]
+    g = constants[28]
+    a_1, a_2, a_3, a_4, a_5 = constants[29], constants[30], constants[31], constants[32], constants[33]
+    l_10_minus_l_9 = constants[46]
 
     d_1 = q_6 + a_1 * q_7 - q_1
     ddot_1 = qdot_6 + a_1 * qdot_7 - qdot_1
@@ -672,45 +407,19 @@ def energy(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
-    q_1 = state[0]
-    q_2 = state[1]
-    q_3 = state[2]
-    q_4 = state[3]
-    q_5 = state[4]
-    q_6 = state[5]
-    q_7 = state[6]
-    qdot_1 = state[7]
-    qdot_5 = state[11]
-    qdot_6 = state[12]
-    qdot_7 = state[13]
-    z_1 = inputs[0]
-    z_2 = inputs[1]
-    z_3 = inputs[2]
-    z_4 = inputs[3]
-    z_5 = inputs[4]
+    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
+    qdot_1, qdot_5, qdot_6, qdot_7 = state[7], state[11], state[12], state[13]
+    z_1, z_2, z_3, z_4, z_5 = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4]
     F = inputs[5]
-    k_1 = constants[7]
-    k_2 = constants[8]
-    k_3 = constants[9]
-    k_4 = constants[10]
-    k_5 = constants[11]
-    k_6 = constants[12]
-    k_7 = constants[13]
-    k_8 = constants[14]
-    k_9 = constants[15]
-    k_10 = constants[16]
-    c_6 = constants[17]
-    c_10 = constants[18]
-    l_b = constants[19]
-    a_1 = constants[21]
-    a_2 = constants[22]
-    a_3 = constants[23]
-    a_4 = constants[24]
-    a_5 = constants[25]
-    g_times_m_6 = constants[36]
-    inverse_m_6 = constants[37]
-    l_10_minus_l_9 = constants[38]
-    inverse_I_6 = constants[39]
+    k_1, k_2, k_3, k_4, k_5, k_6 = constants[7], constants[8], constants[9], constants[10], constants[11], constants[12]
+    k_7, k_8, k_9, k_10 = constants[13], constants[14], constants[15], constants[16]
+    c_6, c_10 = constants[17], constants[18]
+    l_b = constants[27]
+    a_1, a_2, a_3, a_4, a_5 = constants[29], constants[30], constants[31], constants[32], constants[33]
+    g_times_m_6 = constants[39]
+    inverse_m_6 = constants[45]
+    l_10_minus_l_9 = constants[46]
+    inverse_I_6 = constants[47]
 
     d_1 = q_6 + a_1 * q_7 - q_1
     ddot_1 = qdot_6 + a_1 * qdot_7 - qdot_1
@@ -746,11 +455,7 @@ def outputs(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def positions(parameters, values):
     """Positions of the inputs in POSITION, m ahead of the model's origin."""
-    l_1 = parameters[19]
-    l_2 = parameters[20]
-    l_3 = parameters[21]
-    l_4 = parameters[22]
-    l_5 = parameters[23]
+    l_1, l_2, l_3, l_4, l_5 = parameters[19], parameters[20], parameters[21], parameters[22], parameters[23]
     l_6 = parameters[24]
 
     tmp_1 = l_3 + l_4

@@ -11,7 +11,9 @@ CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
     ("q_2", "m", "vertical displacement of axle 2"),
     ("qdot_2", "m/s", "rate of change of: vertical displacement of axle 2"),
@@ -39,12 +41,8 @@ PARAMETER_SETS = {
     "as_printed": {"k_2": 21500000.0},
 }
 
-CONSTANT = (
-    "m_2",
-    "k_2_plus_k_7",
-    "g_times_m_2",
-    "inverse_m_2",
-)
+# what follows the parameters in `constants`
+CONSTANT = ("k_2_plus_k_7", "g_times_m_2", "inverse_m_2")
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = ((1,), (0,))
@@ -55,19 +53,19 @@ MASS = ((0,),)
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
+    constants[:4] = parameters
+
     m_2 = parameters[0]
-    k_2 = parameters[1]
-    k_7 = parameters[2]
+    k_2, k_7 = parameters[1], parameters[2]
     g = parameters[3]
 
     k_2_plus_k_7 = k_2 + k_7
     g_times_m_2 = g * m_2
     inverse_m_2 = 1.0 / m_2
 
-    constants[0] = m_2
-    constants[1] = k_2_plus_k_7
-    constants[2] = g_times_m_2
-    constants[3] = inverse_m_2
+    constants[4] = k_2_plus_k_7
+    constants[5] = g_times_m_2
+    constants[6] = inverse_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -75,9 +73,9 @@ def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
     q_2 = state[0]
     qdot_2 = state[1]
-    k_2_plus_k_7 = constants[1]
-    g_times_m_2 = constants[2]
-    inverse_m_2 = constants[3]
+    k_2_plus_k_7 = constants[4]
+    g_times_m_2 = constants[5]
+    inverse_m_2 = constants[6]
 
     derivative[0] = qdot_2
     derivative[1] = -inverse_m_2 * (k_2_plus_k_7 * q_2 + g_times_m_2)
@@ -86,11 +84,11 @@ def rhs(t, state, inputs, constants, derivative):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, values):
     """Derivative of rhs by the state, at the places in JACOBIAN."""
-    k_2_plus_k_7 = constants[1]
-    inverse_m_2 = constants[3]
+    k_2_plus_k_7 = constants[4]
+    inverse_m_2 = constants[6]
 
-    values[0] = 1.0
-    values[1] = -inverse_m_2 * k_2_plus_k_7
+    values[0] = 1.0  # [0, 1]
+    values[1] = -inverse_m_2 * k_2_plus_k_7  # [1, 0]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -104,7 +102,7 @@ def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
     m_2 = constants[0]
 
-    values[0] = m_2
+    values[0] = m_2  # [0, 0]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -113,8 +111,8 @@ def energy(t, state, inputs, constants, values):
     q_2 = state[0]
     qdot_2 = state[1]
     m_2 = constants[0]
-    k_2_plus_k_7 = constants[1]
-    g_times_m_2 = constants[2]
+    k_2_plus_k_7 = constants[4]
+    g_times_m_2 = constants[5]
 
     values[0] = 0.5 * m_2 * qdot_2 * qdot_2
     values[1] = 0.5 * k_2_plus_k_7 * q_2 * q_2
@@ -126,6 +124,6 @@ def energy(t, state, inputs, constants, values):
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
     q_2 = state[0]
-    k_2_plus_k_7 = constants[1]
+    k_2_plus_k_7 = constants[4]
 
     values[0] = k_2_plus_k_7 * q_2

@@ -13,14 +13,12 @@ CONVENTION = 2
 MASS_MATRIX = "configuration-dependent"
 LINEAR = False
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
-    ("theta_1", "rad", "angle of link 1"),
-    ("theta_2", "rad", "angle of link 2"),
-    ("theta_3", "rad", "angle of link 3"),
-    ("thetadot_1", "rad/s", "rate of change of: angle of link 1"),
-    ("thetadot_2", "rad/s", "rate of change of: angle of link 2"),
-    ("thetadot_3", "rad/s", "rate of change of: angle of link 3"),
+    ("theta_{1..3}", "rad", "angle of link {1..3}"),
+    ("thetadot_{1..3}", "rad/s", "rate of change of: angle of link {1..3}"),
 )
 COORDINATES = 3
 
@@ -45,10 +43,8 @@ PARAMETER = (
 # name: what differs from the defaults
 PARAMETER_SETS = {}
 
+# what follows the parameters in `constants`
 CONSTANT = (
-    "m",
-    "L",
-    "c",
     "inverse_pivot_1",
     "L_squared",
     "L_squared_times_m",
@@ -67,9 +63,10 @@ MASS = ((0,), (0, 1), (0, 1, 2))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
+    constants[:4] = parameters
+
     m = parameters[0]
     L = parameters[1]
-    c = parameters[2]
     g = parameters[3]
 
     inverse_pivot_1 = 0.3333333333333333 / (L * L) / m
@@ -80,36 +77,29 @@ def constants(parameters, constants):
     three_times_g_times_L = 3.0 * g_times_L
     twice_g_times_L = 2.0 * g_times_L
 
-    constants[0] = m
-    constants[1] = L
-    constants[2] = c
-    constants[3] = inverse_pivot_1
-    constants[4] = L_squared
-    constants[5] = L_squared_times_m
-    constants[6] = twice_L_squared_times_m
-    constants[7] = g_times_L
-    constants[8] = three_times_g_times_L
-    constants[9] = twice_g_times_L
+    constants[4] = inverse_pivot_1
+    constants[5] = L_squared
+    constants[6] = L_squared_times_m
+    constants[7] = twice_L_squared_times_m
+    constants[8] = g_times_L
+    constants[9] = three_times_g_times_L
+    constants[10] = twice_g_times_L
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    theta_3 = state[2]
-    thetadot_1 = state[3]
-    thetadot_2 = state[4]
-    thetadot_3 = state[5]
+    theta_1, theta_2, theta_3 = state[0], state[1], state[2]
+    thetadot_1, thetadot_2, thetadot_3 = state[3], state[4], state[5]
     m = constants[0]
     c = constants[2]
-    inverse_pivot_1 = constants[3]
-    L_squared = constants[4]
-    L_squared_times_m = constants[5]
-    twice_L_squared_times_m = constants[6]
-    g_times_L = constants[7]
-    three_times_g_times_L = constants[8]
-    twice_g_times_L = constants[9]
+    inverse_pivot_1 = constants[4]
+    L_squared = constants[5]
+    L_squared_times_m = constants[6]
+    twice_L_squared_times_m = constants[7]
+    g_times_L = constants[8]
+    three_times_g_times_L = constants[9]
+    twice_g_times_L = constants[10]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -164,21 +154,17 @@ def rhs(t, state, inputs, constants, derivative):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, state, inputs, constants, values):
     """Derivative of rhs by the state, at the places in JACOBIAN."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    theta_3 = state[2]
-    thetadot_1 = state[3]
-    thetadot_2 = state[4]
-    thetadot_3 = state[5]
+    theta_1, theta_2, theta_3 = state[0], state[1], state[2]
+    thetadot_1, thetadot_2, thetadot_3 = state[3], state[4], state[5]
     m = constants[0]
     c = constants[2]
-    inverse_pivot_1 = constants[3]
-    L_squared = constants[4]
-    L_squared_times_m = constants[5]
-    twice_L_squared_times_m = constants[6]
-    g_times_L = constants[7]
-    three_times_g_times_L = constants[8]
-    twice_g_times_L = constants[9]
+    inverse_pivot_1 = constants[4]
+    L_squared = constants[5]
+    L_squared_times_m = constants[6]
+    twice_L_squared_times_m = constants[7]
+    g_times_L = constants[8]
+    three_times_g_times_L = constants[9]
+    twice_g_times_L = constants[10]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -278,27 +264,27 @@ def jacobian(t, state, inputs, constants, values):
     solved_3_6 = -inverse_pivot_3 * (reduced_1_7 * lower_3_1 + reduced_2_7 * lower_3_2 + c)
     solved_2_6 = reduced_2_7 * inverse_pivot_2 - solved_3_6 * lower_3_2
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = 1.0
-    values[3] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1 - solved_3 * lower_3_1
-    values[4] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1 - solved_3_2 * lower_3_1
-    values[5] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1 - solved_3_3 * lower_3_1
-    values[6] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1 - solved_3_4 * lower_3_1
-    values[7] = inverse_pivot_1 * reduced_1_6 - solved_2_5 * lower_2_1 - solved_3_5 * lower_3_1
-    values[8] = inverse_pivot_1 * reduced_1_7 - solved_2_6 * lower_2_1 - solved_3_6 * lower_3_1
-    values[9] = solved_2
-    values[10] = solved_2_2
-    values[11] = solved_2_3
-    values[12] = solved_2_4
-    values[13] = solved_2_5
-    values[14] = solved_2_6
-    values[15] = solved_3
-    values[16] = solved_3_2
-    values[17] = solved_3_3
-    values[18] = solved_3_4
-    values[19] = solved_3_5
-    values[20] = solved_3_6
+    values[0] = 1.0  # [0, 3]
+    values[1] = 1.0  # [1, 4]
+    values[2] = 1.0  # [2, 5]
+    values[3] = inverse_pivot_1 * reduced_1_2 - solved_2 * lower_2_1 - solved_3 * lower_3_1  # [3, 0]
+    values[4] = inverse_pivot_1 * reduced_1_3 - solved_2_2 * lower_2_1 - solved_3_2 * lower_3_1  # [3, 1]
+    values[5] = inverse_pivot_1 * reduced_1_4 - solved_2_3 * lower_2_1 - solved_3_3 * lower_3_1  # [3, 2]
+    values[6] = inverse_pivot_1 * reduced_1_5 - solved_2_4 * lower_2_1 - solved_3_4 * lower_3_1  # [3, 3]
+    values[7] = inverse_pivot_1 * reduced_1_6 - solved_2_5 * lower_2_1 - solved_3_5 * lower_3_1  # [3, 4]
+    values[8] = inverse_pivot_1 * reduced_1_7 - solved_2_6 * lower_2_1 - solved_3_6 * lower_3_1  # [3, 5]
+    values[9] = solved_2  # [4, 0]
+    values[10] = solved_2_2  # [4, 1]
+    values[11] = solved_2_3  # [4, 2]
+    values[12] = solved_2_4  # [4, 3]
+    values[13] = solved_2_5  # [4, 4]
+    values[14] = solved_2_6  # [4, 5]
+    values[15] = solved_3  # [5, 0]
+    values[16] = solved_3_2  # [5, 1]
+    values[17] = solved_3_3  # [5, 2]
+    values[18] = solved_3_4  # [5, 3]
+    values[19] = solved_3_5  # [5, 4]
+    values[20] = solved_3_6  # [5, 5]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -310,11 +296,9 @@ def input_jacobian(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    theta_3 = state[2]
-    L_squared_times_m = constants[5]
-    twice_L_squared_times_m = constants[6]
+    theta_1, theta_2, theta_3 = state[0], state[1], state[2]
+    L_squared_times_m = constants[6]
+    twice_L_squared_times_m = constants[7]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -323,27 +307,23 @@ def mass(t, state, inputs, constants, values):
     sin_theta_3 = math.sin(theta_3)
     cos_theta_3 = math.cos(theta_3)
 
-    values[0] = 3.0 * L_squared_times_m
-    values[1] = twice_L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
-    values[2] = twice_L_squared_times_m
-    values[3] = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)
-    values[4] = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2)
-    values[5] = L_squared_times_m
+    values[0] = 3.0 * L_squared_times_m  # [0, 0]
+    values[1] = twice_L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)  # [1, 0]
+    values[2] = twice_L_squared_times_m  # [1, 1]
+    values[3] = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)  # [2, 0]
+    values[4] = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2)  # [2, 1]
+    values[5] = L_squared_times_m  # [2, 2]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    theta_3 = state[2]
-    thetadot_1 = state[3]
-    thetadot_2 = state[4]
-    thetadot_3 = state[5]
+    theta_1, theta_2, theta_3 = state[0], state[1], state[2]
+    thetadot_1, thetadot_2, thetadot_3 = state[3], state[4], state[5]
     m = constants[0]
     c = constants[2]
-    L_squared_times_m = constants[5]
-    g_times_L = constants[7]
+    L_squared_times_m = constants[6]
+    g_times_L = constants[8]
 
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
@@ -370,9 +350,7 @@ def energy(t, state, inputs, constants, values):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, state, inputs, constants, values):
     """Outputs, in the order of OUTPUT."""
-    theta_1 = state[0]
-    theta_2 = state[1]
-    theta_3 = state[2]
+    theta_1, theta_2, theta_3 = state[0], state[1], state[2]
     L = constants[1]
 
     values[0] = L * (math.sin(theta_1) + math.sin(theta_2) + math.sin(theta_3))

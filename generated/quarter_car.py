@@ -11,7 +11,9 @@ CONVENTION = 2
 MASS_MATRIX = "diagonal"
 LINEAR = True
 
-# name, unit, meaning: the COORDINATES, their rates, what else is a state
+# In these tables a row with a range {first..last} in its name stands for as many rows; all its ranges count together.
+
+# name, unit, meaning of the COORDINATES, of their rates, of other states
 STATE = (
     ("z_s", "m", "displacement of the sprung mass"),
     ("z_u", "m", "displacement of the unsprung mass"),
@@ -49,15 +51,8 @@ PARAMETER = (
 # name: what differs from the defaults
 PARAMETER_SETS = {}
 
-CONSTANT = (
-    "m_s",
-    "m_u",
-    "k_s",
-    "k_t",
-    "c_s",
-    "inverse_m_s",
-    "inverse_m_u",
-)
+# what follows the parameters in `constants`
+CONSTANT = ("inverse_m_s", "inverse_m_u")
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = ((2,), (3,), (0, 1, 2, 3), (0, 1, 2, 3))
@@ -68,20 +63,14 @@ MASS = ((0,), (1,))
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
+    constants[:5] = parameters
+
     m_s = parameters[0]
     m_u = parameters[1]
-    k_s = parameters[2]
-    k_t = parameters[3]
-    c_s = parameters[4]
 
     inverse_m_s = 1.0 / m_s
     inverse_m_u = 1.0 / m_u
 
-    constants[0] = m_s
-    constants[1] = m_u
-    constants[2] = k_s
-    constants[3] = k_t
-    constants[4] = c_s
     constants[5] = inverse_m_s
     constants[6] = inverse_m_u
 
@@ -123,16 +112,16 @@ def jacobian(t, state, inputs, constants, values):
     tmp_2 = inverse_m_s * c_s
     tmp_3 = inverse_m_u * c_s
 
-    values[0] = 1.0
-    values[1] = 1.0
-    values[2] = -tmp_1
-    values[3] = tmp_1
-    values[4] = -tmp_2
-    values[5] = tmp_2
-    values[6] = inverse_m_u * k_s
-    values[7] = -inverse_m_u * (k_s + k_t)
-    values[8] = tmp_3
-    values[9] = -tmp_3
+    values[0] = 1.0  # [0, 2]
+    values[1] = 1.0  # [1, 3]
+    values[2] = -tmp_1  # [2, 0]
+    values[3] = tmp_1  # [2, 1]
+    values[4] = -tmp_2  # [2, 2]
+    values[5] = tmp_2  # [2, 3]
+    values[6] = inverse_m_u * k_s  # [3, 0]
+    values[7] = -inverse_m_u * (k_s + k_t)  # [3, 1]
+    values[8] = tmp_3  # [3, 2]
+    values[9] = -tmp_3  # [3, 3]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -141,7 +130,7 @@ def input_jacobian(t, state, inputs, constants, values):
     k_t = constants[3]
     inverse_m_u = constants[6]
 
-    values[0] = inverse_m_u * k_t
+    values[0] = inverse_m_u * k_t  # [3, 0]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -150,8 +139,8 @@ def mass(t, state, inputs, constants, values):
     m_s = constants[0]
     m_u = constants[1]
 
-    values[0] = m_s
-    values[1] = m_u
+    values[0] = m_s  # [0, 0]
+    values[1] = m_u  # [1, 1]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

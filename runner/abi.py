@@ -1,8 +1,8 @@
 """The one calling convention between generated kernels and the drivers that call them.
 
 Symbols: x = [q, qdot, z] is the state, coordinates, their rates and internal states; u the inputs (and the input rates
-a model needs), c the constants that `constants` made of the parameters p once per run. Every kernel writes all of its
-last argument and allocates nothing.
+a model needs), c the parameters p and behind them the constants that `constants` made of these once per run. Every
+kernel writes all of its last argument and allocates nothing.
 
     constants(p, c)                 p (n_parameters,)  c (n_constants,)
     rhs(t, x, u, c, dx)             dx (n_states,)            dx = [qdot, qddot, zdot]

@@ -1,6 +1,6 @@
 """The tables of a generated module as records, and the checks that they are well formed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from types import ModuleType
 from typing import Any
@@ -10,6 +10,7 @@ from numba.core.dispatcher import Dispatcher
 
 from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
+from qddot.runner.ranges import expanded
 
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
 
@@ -83,6 +84,7 @@ def read_tables(module: ModuleType) -> Tables:
         _records(module, "STATE", Quantity, (str, str, str)),
         _records(module, "INPUT", Channel, (str, str, str, str)),
     )
+    parameters = _records(module, "PARAMETER", Parameter, (str, (int, float), str, str))
     coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
     _check_sizes(module, len(states), coordinates, len(inputs), rhs_inputs)
     tables = Tables(
@@ -92,11 +94,11 @@ def read_tables(module: ModuleType) -> Tables:
         coordinates=coordinates,
         inputs=inputs,
         rhs_inputs=rhs_inputs,
-        positioned=tuple(_entry(module, "POSITION", (tuple, list))) if hasattr(module, "POSITION") else (),
+        positioned=_names(module, "POSITION") if hasattr(module, "POSITION") else (),
         outputs=_records(module, "OUTPUT", Quantity, (str, str, str)),
-        parameters=_records(module, "PARAMETER", Parameter, (str, (int, float), str, str)),
-        parameter_sets=_entry(module, "PARAMETER_SETS", dict),
-        constant_names=tuple(_entry(module, "CONSTANT", (tuple, list))),
+        parameters=parameters,
+        parameter_sets=_parameter_sets(module),
+        constant_names=(*(parameter.name for parameter in parameters), *_names(module, "CONSTANT")),
         linear=_entry(module, "LINEAR", bool),
         mass_matrix=_entry(module, "MASS_MATRIX", str),
         patterns=_patterns(module, len(states), coordinates, rhs_inputs),
@@ -153,7 +155,27 @@ def _records(module: ModuleType, name: str, record: Any, kinds: Sequence[Any]) -
         if not (fits and all(map(isinstance, row, kinds))):
             expected = ", ".join(each.name for each in fields(record))
             raise _fail(module, f"{name}[{i}] is {row!r}, expected ({expected})")
-    return tuple(record(*row) for row in rows)
+    return tuple(record(*row) for row in _expanded(module, name, rows))
+
+
+def _names(module: ModuleType, table: str) -> tuple[str, ...]:
+    rows = _entry(module, table, (tuple, list))
+    for i, row in enumerate(rows):
+        if not isinstance(row, str):
+            raise _fail(module, f"{table}[{i}] is {row!r}, expected a name")
+    return tuple(_expanded(module, table, rows))
+
+
+def _parameter_sets(module: ModuleType) -> dict[str, dict[str, float]]:
+    sets = _entry(module, "PARAMETER_SETS", dict)
+    return {key: dict(_expanded(module, f"PARAMETER_SETS[{key!r}]", values.items())) for key, values in sets.items()}
+
+
+def _expanded(module: ModuleType, table: str, rows: Iterable[Any]) -> list[Any]:
+    try:
+        return expanded(rows)
+    except ValueError as error:
+        raise _fail(module, f"{table}: {error}") from None
 
 
 def _check_names(module: ModuleType, tables: Tables) -> None:

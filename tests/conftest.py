@@ -8,6 +8,7 @@ import pytest
 
 from qddot.codegen.sources import shipped, shipped_names
 from qddot.model.system import System
+from qddot.runner.ranges import expanded
 
 MODELS = shipped_names()
 
@@ -36,8 +37,8 @@ def points(system, kernels):
     for _ in range(100):
         defaults = np.array([parameter.default for parameter in system.parameters])
         p = np.where(defaults == 0, 0.3, defaults) * rng.uniform(0.7, 1.3, len(defaults))
-        c = np.empty(len(kernels.CONSTANT))
+        c = np.empty(len(p) + len(expanded(kernels.CONSTANT)))
         kernels.constants.py_func(p, c)
-        x = rng.uniform(-1.5, 1.5, len(kernels.STATE))
-        found.append((rng.uniform(0, 10), x, rng.uniform(-1, 1, len(kernels.INPUT)), p, c))
+        x = rng.uniform(-1.5, 1.5, 2 * kernels.COORDINATES)
+        found.append((rng.uniform(0, 10), x, rng.uniform(-1, 1, len(expanded(kernels.INPUT))), p, c))
     return found

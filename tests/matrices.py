@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from qddot.runner.load import Model, Parameters
+from qddot.runner.ranges import expanded
 
 
 def linear_matrices(model: Model, parameters: Parameters = None) -> tuple[np.ndarray, np.ndarray]:
@@ -22,7 +23,7 @@ def linear_matrices(model: Model, parameters: Parameters = None) -> tuple[np.nda
 
 def matrix(module: ModuleType, name: str, *point: Any) -> np.ndarray:
     """The matrix that a generated module's kernel gives at a point, without the compiler."""
-    n, q = len(module.STATE), module.COORDINATES
+    n, q = len(expanded(module.STATE)), module.COORDINATES
     shape = {"jacobian": (n, n), "input_jacobian": (n, module.RHS_INPUTS), "mass": (q, q)}[name]
     places = [(i, j) for i, columns in enumerate(getattr(module, name.upper())) for j in columns]
     values, found = np.full(len(places), np.nan), np.zeros(shape)

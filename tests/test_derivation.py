@@ -8,6 +8,7 @@ from matrices import matrix
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from qddot.model.system import t
+from qddot.runner.ranges import expanded
 
 
 def accelerations(kernels, point):
@@ -23,7 +24,7 @@ def symbols_of(system, kernels):
     """Symbols in the order of a point's values: t, x, u, p; rates of inputs are the time derivatives of the inputs."""
     q = [coordinate.symbol for coordinate in system.coordinates]
     v = [coordinate.rate for coordinate in system.coordinates]
-    u = [sympy.Symbol(row[0]) for row in kernels.INPUT]
+    u = [sympy.Symbol(row[0]) for row in expanded(kernels.INPUT)]
     return [t, *q, *v, *u, *(parameter.symbol for parameter in system.parameters)]
 
 
@@ -127,10 +128,11 @@ def test_mass_matrix_is_symmetric_positive_definite_and_gives_the_kinetic_energy
 def test_power_balance_holds_at_every_point(kernels, points):
     """d(T + Pi)/dt along the motion equals power in less power dissipated, by differences of the energy kernel."""
     for time, x, u, _, c in points[:20]:
-        rates = np.array([u[[r[0] for r in kernels.INPUT].index(row[0])] * 0 for row in kernels.INPUT])
-        for k, row in enumerate(kernels.INPUT):
+        channels = expanded(kernels.INPUT)
+        names, rates = [row[0] for row in channels], np.zeros(len(channels))
+        for k, row in enumerate(channels):
             if row[1]:
-                rates[[r[0] for r in kernels.INPUT].index(row[1])] = u[k]
+                rates[names.index(row[1])] = u[k]
         dx, E = np.empty(len(x)), np.empty(4)
         kernels.rhs.py_func(time, x, u, c, dx)
         kernels.energy.py_func(time, x, u, c, E)
@@ -147,12 +149,12 @@ def test_power_balance_holds_at_every_point(kernels, points):
 def test_outputs_are_their_expressions(system, kernels, points):
     accelerations_of = [coordinate.acceleration for coordinate in system.coordinates]
     names = symbols_of(system, kernels) + accelerations_of
-    for output, index in zip(system.output_expressions, range(len(kernels.OUTPUT)), strict=True):
-        assert kernels.OUTPUT[index] == (output.symbol.name, output.unit, output.meaning)
+    for output, index in zip(system.output_expressions, range(len(expanded(kernels.OUTPUT))), strict=True):
+        assert expanded(kernels.OUTPUT)[index] == (output.symbol.name, output.unit, output.meaning)
         reference = sympy.lambdify([names], system.written_out(output.expression), modules="math")
         for point in points[:5]:
             time, x, u, _, c = point
-            y = np.empty(len(kernels.OUTPUT))
+            y = np.empty(len(expanded(kernels.OUTPUT)))
             kernels.outputs.py_func(time, x, u, c, y)
             expected = reference([*values_of(point), *accelerations(kernels, point)])
             assert y[index] == pytest.approx(expected, rel=1e-11, abs=1e-12)
@@ -160,7 +162,7 @@ def test_outputs_are_their_expressions(system, kernels, points):
 
 def test_positions_are_their_expressions(system, kernels, points):
     placed = {channel.symbol.name: channel.position for channel in system.inputs if channel.position is not None}
-    assert getattr(kernels, "POSITION", ()) == tuple(placed)
+    assert expanded(getattr(kernels, "POSITION", ())) == list(placed)
     if not placed:
         assert not hasattr(kernels, "positions")
         return

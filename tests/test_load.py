@@ -82,6 +82,9 @@ def test_missing_file_is_named():
         ("RHS_INPUTS = 3", "RHS_INPUTS = 4", "RHS_INPUTS is 4, but INPUT has 3 rows"),
         ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_2",)', "POSITION names 'z_2', which is no input"),
         ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_1",)', "kernel 'positions' is missing"),
+        ('"b_1": 0.0, "g"', '"b_{1..2}": 0.0, "g"', "sets 'b_2', which is no"),
+        ('("k_1", 50.0', '("k_{2..1}", 50.0', "PARAMETER: .* expected ranges of one length that rise"),
+        ('"one_over_m_1",', "1,", r"CONSTANT\[0\] is 1, expected a name"),
         ('"constant"', '"dense"', "MASS_MATRIX is 'dense', expected one of constant"),
         ("def mass(", "def masses(", "kernel 'mass' is missing or not compiled by numba"),
         ("def mass(t, x, u, c, values)", "def mass(t, x, c, values)", "kernel 'mass' takes 4 arguments, expected 5"),
@@ -102,7 +105,7 @@ def test_malformed_module_is_refused(tmp_path, before, after, message):
 
 def test_kernel_that_does_not_compile_is_named(tmp_path):
     path = tmp_path / "broken.py"
-    path.write_text(SAMPLE.read_text().replace("values[0] = c[3]\n", "values[0] = c.nothing\n"))
+    path.write_text(SAMPLE.read_text().replace("values[0] = c[0]\n", "values[0] = c.nothing\n"))
     with pytest.raises(LoadError, match="model oscillator: kernel 'mass' does not compile"):
         load(path).kernel("mass")
 
@@ -122,7 +125,7 @@ def test_a_folder_copied_with_its_compiled_code_loads(tmp_path):
     shutil.copytree(first, tmp_path / "second")
     shutil.rmtree(first)
     assert list((tmp_path / "second" / "__pycache__").glob("copied.constants*.nbc"))
-    np.testing.assert_array_equal(_constants(load(tmp_path / "second" / "copied.py")), [50.0, 1.5, 9.81, 2.0, 0.5])
+    np.testing.assert_array_equal(_constants(load(tmp_path / "second" / "copied.py")), [2.0, 50.0, 1.5, 9.81, 0.5])
 
 
 def test_a_kernel_that_the_convention_does_not_know_is_refused(oscillator):
@@ -161,7 +164,7 @@ def test_wrong_parameter_is_named(oscillator, parameters, message):
 
 def test_constants_are_those_of_the_parameters(oscillator):
     c = oscillator.constants(oscillator.parameter_values({"m_1": 4.0}))
-    assert c.tolist() == [50.0, 1.5, 9.81, 4.0, 0.25]
+    assert c.tolist() == [4.0, 50.0, 1.5, 9.81, 0.25]
 
 
 def test_positions_follow_the_geometry():

@@ -7,6 +7,7 @@ from matrices import matrix
 from sympy import Abs, Heaviside, Max, Piecewise, Rational, Symbol, cos, exp, log, sin, sqrt, symbols, tanh
 
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System, t
+from qddot.runner.ranges import expanded
 
 q, v, p, pv, m, k, c, g, r, w, wdot, f = symbols("q qdot p pdot m k c g r w wdot F")
 half = Rational(1, 2)
@@ -77,7 +78,7 @@ ODD = [
 @pytest.fixture(scope="module", params=ODD, ids=lambda s: s.name)
 def case(request, tmp_path_factory):
     module = generated_module(request.param, tmp_path_factory.mktemp(request.param.name))
-    return module, Reference(request.param, [row[0] for row in module.INPUT])
+    return module, Reference(request.param, [row[0] for row in expanded(module.INPUT)])
 
 
 @pytest.fixture(scope="module")
@@ -86,10 +87,10 @@ def points(case):
     rng = np.random.default_rng(11)
     found = []
     for _ in range(100):
-        p = rng.uniform(0.5, 2, len(module.PARAMETER))
-        constants = np.empty(len(module.CONSTANT))
+        p = rng.uniform(0.5, 2, len(expanded(module.PARAMETER)))
+        constants = np.empty(len(p) + len(expanded(module.CONSTANT)))
         module.constants.py_func(p, constants)
-        x, u = rng.uniform(-1, 1, len(module.STATE)), rng.uniform(-1, 1, len(module.INPUT))
+        x, u = rng.uniform(-1, 1, len(expanded(module.STATE))), rng.uniform(-1, 1, len(expanded(module.INPUT)))
         found.append((rng.uniform(0, 3), x, u, p, constants))
     return found
 

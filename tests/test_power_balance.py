@@ -8,6 +8,7 @@ from conftest import MODELS
 from numba import njit
 
 import qddot
+from qddot.runner.ranges import expanded
 
 FREQUENCY = 1.3  # Hz
 AMPLITUDE = 0.02
@@ -31,7 +32,7 @@ def with_work(module):
 def drive(module):
     """Every input a sine; the channels of rates its exact derivative."""
     channels = []
-    for name, rate_of, unit, _ in module.INPUT:
+    for name, rate_of, unit, _ in expanded(module.INPUT):
         size = 1e3 * AMPLITUDE if "N" in unit else AMPLITUDE
         phase = 0.3 * len(rate_of or name)
         if rate_of:
@@ -45,9 +46,9 @@ def drive(module):
 @pytest.mark.parametrize("name", MODELS)
 def test_power_balance_along_a_trajectory(name):
     module, model = importlib.import_module(f"qddot.generated.{name}"), qddot.load(name)
-    parameters = {row[0]: 0.05 for row in module.PARAMETER if row[1] == 0.0}  # pendulums get their dampers
+    parameters = {row[0]: 0.05 for row in expanded(module.PARAMETER) if row[1] == 0.0}  # pendulums get their dampers
     c = model.constants(model.parameter_values(parameters))
-    n = len(module.STATE)
+    n = len(expanded(module.STATE))
     start = np.append(0.1 * np.cos(np.arange(n)), 0.0)
     solution = qddot.solve(
         with_work(module), (0, 2), start, method="dop853", rtol=1e-13, atol=1e-13, constants=c, inputs=drive(module)

@@ -76,7 +76,7 @@ def test_no_symbol_has_a_name_that_the_kernels_use(name):
 def test_other_names_work(name, tmp_path):
     """Names of the module's own tables and functions, of Python, and of results."""
     module = generated_module(with_parameter(name), tmp_path)
-    constants, dx = [0.0] * len(module.CONSTANT), [0.0, 0.0]
+    constants, dx = [0.0] * (3 + len(module.CONSTANT)), [0.0, 0.0]
     module.constants.py_func([2.0, 50.0, 0.5], constants)
     module.rhs.py_func(0.0, [0.1, 0.2], [], constants, dx)
     assert dx == pytest.approx([0.2, -(50.0 * 0.1 + 2 * 0.5 * 50.0 * 0.1**3) / 2.0], rel=1e-14)

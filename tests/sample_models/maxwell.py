@@ -25,7 +25,7 @@ PARAMETER = (
     ("b", 4.0, "N s/m", "damping"),
 )
 PARAMETER_SETS = {}
-CONSTANT = ("m", "k_1", "k_2", "b")
+CONSTANT = ()
 LINEAR = True
 MASS_MATRIX = "constant"
 JACOBIAN = ((1,), (0, 2), (0, 2))

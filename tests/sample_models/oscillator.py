@@ -31,7 +31,7 @@ PARAMETER_SETS = {
     "weightless": {"g": 0.0},
     "undamped": {"b_1": 0.0, "g": 0.0},
 }
-CONSTANT = ("k_1", "b_1", "g", "m_1", "one_over_m_1")
+CONSTANT = ("one_over_m_1",)
 LINEAR = True
 MASS_MATRIX = "constant"
 JACOBIAN = ((1,), (0, 1))
@@ -42,10 +42,8 @@ MASS = ((0,),)
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, c):
     """Fill c with what the kernels read."""
-    c[0] = parameters[1]
-    c[1] = parameters[2]
-    c[2] = parameters[3]
-    c[3] = parameters[0]
+    for k in range(4):
+        c[k] = parameters[k]
     c[4] = 1.0 / parameters[0]
 
 
@@ -56,29 +54,29 @@ def rhs(t, x, u, c, dx):
     deflection_rate = x[1] - u[2]
 
     dx[0] = x[1]
-    dx[1] = (u[0] - c[0] * deflection - c[1] * deflection_rate) * c[4] - c[2]
+    dx[1] = (u[0] - c[1] * deflection - c[2] * deflection_rate) * c[4] - c[3]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def jacobian(t, x, u, c, values):
     """Derivative of rhs by the state."""
     values[0] = 1.0
-    values[1] = -c[0] * c[4]
-    values[2] = -c[1] * c[4]
+    values[1] = -c[1] * c[4]
+    values[2] = -c[2] * c[4]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def input_jacobian(t, x, u, c, values):
     """Derivative of rhs by the inputs."""
     values[0] = c[4]
-    values[1] = c[0] * c[4]
-    values[2] = c[1] * c[4]
+    values[1] = c[1] * c[4]
+    values[2] = c[2] * c[4]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def mass(t, x, u, c, values):
     """Mass matrix."""
-    values[0] = c[3]
+    values[0] = c[0]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -87,16 +85,16 @@ def energy(t, x, u, c, E):
     deflection = x[0] - u[1]
     deflection_rate = x[1] - u[2]
 
-    E[0] = 0.5 * c[3] * x[1] * x[1]
-    E[1] = 0.5 * c[0] * deflection * deflection + c[3] * c[2] * x[0]
-    E[2] = c[1] * deflection_rate * deflection_rate
-    E[3] = u[0] * x[1] - (c[0] * deflection + c[1] * deflection_rate) * u[2]
+    E[0] = 0.5 * c[0] * x[1] * x[1]
+    E[1] = 0.5 * c[1] * deflection * deflection + c[0] * c[3] * x[0]
+    E[2] = c[2] * deflection_rate * deflection_rate
+    E[3] = u[0] * x[1] - (c[1] * deflection + c[2] * deflection_rate) * u[2]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def outputs(t, x, u, c, y):
     """Outputs in the order of OUTPUT."""
-    spring = c[0] * (u[1] - x[0])
+    spring = c[1] * (u[1] - x[0])
 
-    y[0] = (u[0] + spring - c[1] * (x[1] - u[2])) * c[4] - c[2]
+    y[0] = (u[0] + spring - c[2] * (x[1] - u[2])) * c[4] - c[3]
     y[1] = spring
