@@ -63,13 +63,12 @@ def _state_table(program: Program) -> list[tuple[str, str, str]]:
     ]
 
 
-def _input_table(program: Program) -> list[tuple[str, str, str, str]]:
-    """Name, the input that it is the rate of or nothing, unit, meaning; in the order of the channels."""
+def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
+    """Name, the input that it is or is a derivative of, of which order, unit, meaning; in the order of the channels."""
     inputs = program.equations.system.inputs
-    rows = {str(u.symbol): (str(u.symbol), "", u.unit, u.meaning) for u in inputs}
-    rows |= {
-        str(u.rate): (str(u.rate), str(u.symbol), f"{u.unit}/s", f"rate of change of: {u.meaning}") for u in inputs
-    }
+    rows = {str(u.symbol): (str(u.symbol), str(u.symbol), 0, u.unit, u.meaning) for u in inputs}
+    for u in inputs:
+        rows[str(u.rate)] = (str(u.rate), str(u.symbol), 1, f"{u.unit}/s", f"rate of change of: {u.meaning}")
     return [rows[str(channel)] for channel in program.channels]
 
 

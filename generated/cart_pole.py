@@ -24,8 +24,8 @@ STATE = (
 )
 COORDINATES = 2
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
-INPUT = (("F", "", "N", "force on the cart"),)
+# name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
+INPUT = (("F", "F", 0, "N", "force on the cart"),)
 RHS_INPUTS = 1
 
 # name, unit, meaning

@@ -20,10 +20,10 @@ STATE = (
 )
 COORDINATES = 10
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
+# name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
 INPUT = (
-    ("w", "", "m", "displacement of the base"),
-    ("wdot", "w", "m/s", "rate of change of: displacement of the base"),
+    ("w", "w", 0, "m", "displacement of the base"),
+    ("wdot", "w", 1, "m/s", "rate of change of: displacement of the base"),
 )
 RHS_INPUTS = 2
 

@@ -26,12 +26,12 @@ STATE = (
 )
 COORDINATES = 4
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
+# name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
 INPUT = (
-    ("w_f", "", "m", "road height under the front wheel"),
-    ("w_r", "", "m", "road height under the rear wheel"),
-    ("wdot_f", "w_f", "m/s", "rate of change of: road height under the front wheel"),
-    ("wdot_r", "w_r", "m/s", "rate of change of: road height under the rear wheel"),
+    ("w_f", "w_f", 0, "m", "road height under the front wheel"),
+    ("w_r", "w_r", 0, "m", "road height under the rear wheel"),
+    ("wdot_f", "w_f", 1, "m/s", "rate of change of: road height under the front wheel"),
+    ("wdot_r", "w_r", 1, "m/s", "rate of change of: road height under the rear wheel"),
 )
 RHS_INPUTS = 2
 

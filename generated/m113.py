@@ -24,11 +24,11 @@ STATE = (
 )
 COORDINATES = 7
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
+# name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
 INPUT = (
-    ("z_{1..5}", "", "m", "road height under axle {1..5}"),
-    ("F", "", "N", "recoil force of the gun"),
-    ("zdot_{1..5}", "z_{1..5}", "m/s", "rate of change of: road height under axle {1..5}"),
+    ("z_{1..5}", "z_{1..5}", 0, "m", "road height under axle {1..5}"),
+    ("F", "F", 0, "N", "recoil force of the gun"),
+    ("zdot_{1..5}", "z_{1..5}", 1, "m/s", "rate of change of: road height under axle {1..5}"),
 )
 RHS_INPUTS = 6
 

@@ -20,7 +20,7 @@ STATE = (
 )
 COORDINATES = 1
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
+# name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
 INPUT = ()
 RHS_INPUTS = 0
 

@@ -22,10 +22,10 @@ STATE = (
 )
 COORDINATES = 2
 
-# name, input of which it is the rate, unit, meaning; the first RHS_INPUTS are read by rhs and its Jacobians
+# name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
 INPUT = (
-    ("z_r", "", "m", "road height"),
-    ("zdot_r", "z_r", "m/s", "rate of change of: road height"),
+    ("z_r", "z_r", 0, "m", "road height"),
+    ("zdot_r", "z_r", 1, "m/s", "rate of change of: road height"),
 )
 RHS_INPUTS = 1
 

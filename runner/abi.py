@@ -1,8 +1,8 @@
 """The one calling convention between generated kernels and the drivers that call them.
 
-Symbols: x = [q, qdot, z] is the state, coordinates, their rates and internal states; u the inputs (and the input rates
-a model needs), c the parameters p and behind them the constants that `constants` made of these once per run. Every
-kernel writes all of its last argument and allocates nothing.
+Symbols: x = [q, qdot, z] is the state, coordinates, their rates and internal states; u the inputs (and the first and
+second rates of them that a model needs), c the parameters p and behind them the constants that `constants` made of
+these once per run. Every kernel writes all of its last argument and allocates nothing.
 
     constants(p, c)                 p (n_parameters,)  c (n_constants,)
     rhs(t, x, u, c, dx)             dx (n_states,)            dx = [qdot, qddot, zdot]
@@ -20,6 +20,11 @@ A model is LINEAR where both Jacobians are constant during a run: dx = J x + B u
 The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`machine.stage`); as
 LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
 (`lanes.kernel`). Kernels therefore read and write their arguments item by item.
+
+u is the place of all that is given from outside while a step lasts. What is constant between two stops, such as whether
+a switching function is free or held on a side, stands best behind the rates, u = [inputs, first rates, second rates,
+modes], set by the frame at a located crossing: all forms of a kernel, lanes included, have it then without another
+signature.
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
 """

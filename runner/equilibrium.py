@@ -122,7 +122,7 @@ def resting_inputs(table: InputTable, t0: float) -> Vector:
     """The inputs u at t0, their rates 0: all that the static state depends on beside the constants."""
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
-    u[: len(table.order)][table.order == 1] = 0.0
+    u[: len(table.order)][table.order > 0] = 0.0
     return u
 
 

@@ -169,7 +169,7 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
         headlines={
             "coordinates": model.coordinate_names,
             "outputs": tuple(output.name for output in tables.outputs),
-            "inputs": tuple(channel.name for channel in tables.inputs if not channel.rate_of),
+            "inputs": tables.free_inputs,
         },
         diagnose=partial(diagnosis, model),
     )

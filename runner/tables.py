@@ -9,6 +9,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 from qddot.runner import abi
+from qddot.runner.checks import unknown
 from qddot.runner.matrices import Pattern, pattern
 from qddot.runner.ranges import expanded
 
@@ -30,12 +31,18 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Channel:
-    """An input channel; rate_of names the input whose time derivative it is, or is empty."""
+    """An entry of u: an input (order 0), its first or its second time derivative."""
 
     name: str
-    rate_of: str
+    input: str
+    order: int
     unit: str
     meaning: str
+
+    @property
+    def what(self) -> str:
+        """What it is, of its input."""
+        return ("the value", "the rate", "the second rate")[self.order]
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,19 @@ class Tables:
     mass_matrix: str
     patterns: dict[str, Pattern] = field(hash=False)
 
+    @property
+    def free_inputs(self) -> tuple[str, ...]:
+        """Names of the inputs that are given; the others are derivatives of these."""
+        return tuple(channel.name for channel in self.inputs if channel.order == 0)
+
+    def refuse_derivative(self, name: str) -> None:
+        """Raise ValueError where the signal of an input is given under another name: an unknown one, or of its rate."""
+        channel = next((channel for channel in self.inputs if channel.name == name), None)
+        if channel is None:
+            raise ValueError(f"model {self.name}: {unknown('input', name, self.free_inputs)}")
+        if channel.order:
+            raise ValueError(f"model {self.name}: {name} is {channel.what} of {channel.input}; give {channel.input}")
+
 
 def read_tables(module: ModuleType) -> Tables:
     """The checked tables of a generated module; raises LoadError naming the table and the row."""
@@ -82,7 +102,7 @@ def read_tables(module: ModuleType) -> Tables:
     _check_edition(module)
     states, inputs = (
         _records(module, "STATE", Quantity, (str, str, str)),
-        _records(module, "INPUT", Channel, (str, str, str, str)),
+        _records(module, "INPUT", Channel, (str, str, int, str, str)),
     )
     parameters = _records(module, "PARAMETER", Parameter, (str, (int, float), str, str))
     coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
@@ -104,6 +124,7 @@ def read_tables(module: ModuleType) -> Tables:
         patterns=_patterns(module, len(states), coordinates, rhs_inputs),
     )
     _check_names(module, tables)
+    _check_channels(module, tables)
     _check_numbers(module, tables)
     _check_kernels(module, tables)
     return tables
@@ -188,17 +209,25 @@ def _check_names(module: ModuleType, tables: Tables) -> None:
     names = [parameter.name for parameter in tables.parameters]
     if len(set(names)) < len(names):
         raise _fail(module, f"PARAMETER names {max(names, key=names.count)!r} twice")
-    values = {channel.name for channel in tables.inputs if not channel.rate_of}
-    for channel in tables.inputs:
-        if channel.rate_of and channel.rate_of not in values:
-            raise _fail(module, f"INPUT {channel.name} is the rate of {channel.rate_of!r}, which is no input")
     for name in tables.positioned:
-        if name not in values:
+        if name not in tables.free_inputs:
             raise _fail(module, f"POSITION names {name!r}, which is no input")
     for key, overrides in tables.parameter_sets.items():
         for name in overrides:
             if name not in names:
                 raise _fail(module, f"PARAMETER_SETS[{key!r}] sets {name!r}, which is no parameter")
+
+
+def _check_channels(module: ModuleType, tables: Tables) -> None:
+    values, places = tables.free_inputs, [(channel.input, channel.order) for channel in tables.inputs]
+    for channel in tables.inputs:
+        if channel.order not in (0, 1, 2):
+            raise _fail(module, f"INPUT {channel.name} is of order {channel.order}, expected 0, 1 or 2")
+        if channel.input not in values or (channel.order == 0 and channel.input != channel.name):
+            raise _fail(module, f"INPUT {channel.name} is {channel.what} of {channel.input!r}, which is no input")
+    for channel, place in zip(tables.inputs, places, strict=True):
+        if places.count(place) > 1:
+            raise _fail(module, f"INPUT has {channel.what} of {channel.input!r} twice")
 
 
 def _check_sizes(module: ModuleType, states: int, coordinates: int, inputs: int, rhs_inputs: int) -> None:

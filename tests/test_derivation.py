@@ -131,7 +131,7 @@ def test_power_balance_holds_at_every_point(kernels, points):
         channels = expanded(kernels.INPUT)
         names, rates = [row[0] for row in channels], np.zeros(len(channels))
         for k, row in enumerate(channels):
-            if row[1]:
+            if row[2]:
                 rates[names.index(row[1])] = u[k]
         dx, E = np.empty(len(x)), np.empty(4)
         kernels.rhs.py_func(time, x, u, c, dx)

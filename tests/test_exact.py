@@ -115,7 +115,7 @@ def roads(model):
         0.015,
         qddot.signal.pulse_train(times=[0.2, 0.5], duration=0.1, impulse=605.0),
     ]
-    names = [channel.name for channel in model.tables.inputs if not channel.rate_of]
+    names = [channel.name for channel in model.tables.inputs if not channel.order]
     return dict(zip(names, kinds, strict=False))
 
 

@@ -26,7 +26,7 @@ def batch_of(model, runs, samples, columns, seed=1):
     n, lengths = len(model.state_names), np.array([len(signal.pieces) for signal in SIGNALS])
     values = model.parameter_values()
     p = values * random.uniform(0.9, 1.1, (runs, len(values)))
-    sources = [[c.name for c in channels].index(c.rate_of or c.name) for c in channels]
+    sources = [[c.name for c in channels].index(c.input) for c in channels]
     t1 = random.uniform(1.0, 2.0, runs)
     whole = {"status": 0, "failed_state": -1, "steps": 0, "evaluations": 0}
     return p, {
@@ -37,7 +37,7 @@ def batch_of(model, runs, samples, columns, seed=1):
         "table": random.integers(0, len(SIGNALS), (runs, len(channels)))[:, sources].copy(),
         "rate": random.uniform(-2.0, 2.0, (runs, len(channels)))[:, sources].copy(),
         "offset": random.uniform(-1.0, 1.0, (runs, len(channels)))[:, sources].copy(),
-        "order": np.array([int(bool(c.rate_of)) for c in channels], dtype=np.int64),
+        "order": np.array([c.order for c in channels], dtype=np.int64),
         "pieces": np.concatenate([signal.pieces for signal in SIGNALS]),
         "first": np.cumsum(lengths) - lengths,
         "last": np.cumsum(lengths) - 1,
@@ -62,7 +62,7 @@ def test_each_run_is_what_it_is_alone(name):
         inputs = {
             channel.name: SIGNALS[arrays["table"][run, i]].shifted(arrays["rate"][run, i], arrays["offset"][run, i])
             for i, channel in enumerate(channels)
-            if not channel.rate_of
+            if not channel.order
         }
         span, times = (arrays["t0"][run], arrays["t1"][run]), arrays["times"][run]
         case = {"parameters": dict(zip(parameters, p[run], strict=True)), "initial": arrays["initial"][run]}

@@ -38,7 +38,7 @@ def random_runs(model, runs, seed=3):
     x = rng.uniform(-0.3, 0.3, (runs, len(model.state_names)))
     pulse = qddot.signal.pulse_train(times=[0.0], peak=1.0, duration=0.03)
     wave = qddot.signal.sine(0.02, 1.0)
-    names = [c.name for c in model.tables.inputs if not c.rate_of]
+    names = [c.name for c in model.tables.inputs if not c.order]
     inputs = {
         name: qddot.per_run(
             wave if i % 2 else pulse, offset=-rng.uniform(0.01, 0.1, runs), rate=rng.uniform(1, 2, runs)

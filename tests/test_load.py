@@ -79,6 +79,13 @@ def test_missing_file_is_named():
         ('("k_1", 50.0', '("k_1", "50"', r"PARAMETER\[1\] is"),
         ('"weightless": {"g"', '"weightless": {"gg"', r"PARAMETER_SETS\['weightless'\] sets 'gg'"),
         ('("zdot_1", "z_1"', '("zdot_1", "y_1"', "INPUT zdot_1 is the rate of 'y_1', which is no input"),
+        ('("z_1", "z_1", 0', '("z_1", "F", 0', "INPUT z_1 is the value of 'F', which is no input"),
+        ('("zdot_1", "z_1", 1', '("zdot_1", "z_1", 3', "INPUT zdot_1 is of order 3, expected 0, 1 or 2"),
+        (
+            '("zdot_1", "z_1", 1',
+            '("zdot_1", "z_1", "1"',
+            r"INPUT\[2\] is .*expected \(name, input, order, unit,",
+        ),
         ("RHS_INPUTS = 3", "RHS_INPUTS = 4", "RHS_INPUTS is 4, but INPUT has 3 rows"),
         ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_2",)', "POSITION names 'z_2', which is no input"),
         ("RHS_INPUTS = 3", 'RHS_INPUTS = 3\nPOSITION = ("z_1",)', "kernel 'positions' is missing"),

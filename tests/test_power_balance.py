@@ -32,10 +32,10 @@ def with_work(module):
 def drive(module):
     """Every input a sine; the channels of rates its exact derivative."""
     channels = []
-    for name, rate_of, unit, _ in expanded(module.INPUT):
+    for _, of, order, unit, _ in expanded(module.INPUT):
         size = 1e3 * AMPLITUDE if "N" in unit else AMPLITUDE
-        phase = 0.3 * len(rate_of or name)
-        if rate_of:
+        phase = 0.3 * len(of)
+        if order:
             omega = 2 * np.pi * FREQUENCY
             channels.append(qddot.signal.sine(omega * size, FREQUENCY, phase + np.pi / 2))
         else:

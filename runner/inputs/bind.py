@@ -4,42 +4,34 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from qddot.runner.checks import finite, shown, unknown
+from qddot.runner.checks import finite, shown
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.shapes import constant
-from qddot.runner.inputs.signal import START, InputTable, Signal, jumps, stack
-from qddot.runner.tables import Tables
+from qddot.runner.inputs.signal import START, InputTable, Signal, derivative_pieces, jumps, stack
+from qddot.runner.tables import Channel, Tables
 
 
 def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> InputTable:
     """The table of all input channels of a model, in its kernels' order; inputs not given are 0.
 
-    inputs: name -> Signal or number, in the unit of that input. Rate channels follow from the signal of their value.
+    inputs: name -> Signal or number, in the unit of that input. Rates follow from the signal of their value.
     Raises ValueError for an unknown name, a rate given by hand, a value that is no signal or finite number, and a
-    signal with jumps whose rate the model's right-hand side reads.
+    signal with jumps whose rate, or with kinks whose second rate, the model's right-hand side reads.
     """
     signals = _signals(tables, {} if inputs is None else inputs)
     for channel in tables.inputs[: tables.rhs_inputs]:
-        if channel.rate_of:
-            check_continuous(channel.rate_of, signals[channel.rate_of], channel.name)
-    channels = [signals[channel.rate_of or channel.name] for channel in tables.inputs]
-    return stack(channels, [int(bool(channel.rate_of)) for channel in tables.inputs])
+        check_smooth(channel, signals[channel.input])
+    return stack([signals[channel.input] for channel in tables.inputs], [channel.order for channel in tables.inputs])
 
 
 def _signals(tables: Tables, inputs: Mapping[str, Signal | float]) -> dict[str, Signal]:
     if not isinstance(inputs, Mapping):
-        free = [channel.name for channel in tables.inputs if not channel.rate_of]
-        such = f", such as {{{free[0]!r}: ...}}" if free else ""
+        such = f", such as {{{tables.free_inputs[0]!r}: ...}}" if tables.free_inputs else ""
         raise ValueError(f"inputs is {shown(inputs)}, expected a mapping from names to signals or numbers{such}")
-    rate_of = {channel.name: channel.rate_of for channel in tables.inputs}
-    free = [name for name, value in rate_of.items() if not value]
     for name in inputs:
-        if name not in rate_of:
-            raise ValueError(f"model {tables.name}: {unknown('input', name, free)}")
-        if rate_of[name]:
-            raise ValueError(f"model {tables.name}: {name} is the rate of {rate_of[name]}; give {rate_of[name]}")
+        tables.refuse_derivative(name)
     zero = constant(0.0)
-    return {name: as_signal(f"input {name}", inputs[name]) if name in inputs else zero for name in free}
+    return {name: as_signal(f"input {name}", inputs[name]) if name in inputs else zero for name in tables.free_inputs}
 
 
 def as_signal(what: str, value: Signal | float) -> Signal:
@@ -75,11 +67,14 @@ def check_told_apart(what: str, signal: Signal) -> None:
         )
 
 
-def check_continuous(name: str, signal: Signal, rate_name: str) -> None:
-    """Refuse a jump, which has no rate: a wheel does not climb a step in no time."""
-    found = jumps(signal.pieces)
-    if found.size and signal.rate != 0.0:
-        at = (signal.pieces[found[0], START] - signal.offset) / signal.rate
-        raise ValueError(
-            f"input {name} jumps at t = {at:.9g}, but the model reads its rate {rate_name}; give it a ramp"
-        )
+def check_smooth(channel: Channel, signal: Signal) -> None:
+    """Refuse a jump of what has a rate: a wheel does not climb a step in no time, nor a trolley change its speed."""
+    pieces, tells = signal.pieces, ("jumps", "has a kink, where its rate jumps,")
+    for order in range(channel.order):
+        found = jumps(pieces)
+        if found.size and signal.rate != 0.0:
+            at = (signal.pieces[found[0], START] - signal.offset) / signal.rate
+            reads = f"the model reads {channel.what.replace('the', 'its')} {channel.name}"
+            instead = "give it a ramp" if channel.order == 1 else "give it a course whose rate is continuous"
+            raise ValueError(f"input {channel.input} {tells[order]} at t = {at:.9g}, but {reads}; {instead}")
+        pieces = derivative_pieces(pieces)

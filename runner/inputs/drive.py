@@ -43,7 +43,7 @@ def drive(
     if not (positions is None or isinstance(positions, Mapping)):
         raise ValueError(f"positions is {shown(positions)}, expected a mapping from inputs to m ahead of the origin")
     places = dict(model.positions(model.parameter_values(parameters)))
-    inputs = [channel.name for channel in model.tables.inputs if not channel.rate_of]
+    inputs = model.tables.free_inputs
     for name, place in (positions or {}).items():
         if name not in inputs:
             raise ValueError(f"model {model.name}: {unknown('input', name, inputs)}")

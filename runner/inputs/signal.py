@@ -65,9 +65,9 @@ class Signal:
         """Values at times t, any shape."""
         return self._sample(t, 0)
 
-    def derivative(self, t: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    def derivative(self, t: float | NDArray[np.float64], order: int = 1) -> NDArray[np.float64]:
         """Time derivatives at times t, any shape."""
-        return self._sample(t, 1)
+        return self._sample(t, order)
 
     def _sample(self, t: float | NDArray[np.float64], order: int) -> NDArray[np.float64]:
         times = np.array(t, dtype=np.float64)
@@ -82,6 +82,15 @@ def values_at(rows: NDArray[np.float64], s: NDArray[np.float64]) -> tuple[NDArra
     value = rows[:, C0] + s * (rows[:, C1] + s * (rows[:, C2] + s * rows[:, C3])) + rows[:, AMPLITUDE] * np.sin(angle)
     slope = rows[:, C1] + s * (2 * rows[:, C2] + 3 * s * rows[:, C3])
     return value, slope + rows[:, AMPLITUDE] * rows[:, FREQUENCY] * np.cos(angle)
+
+
+def derivative_pieces(pieces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The pieces, rows (n, 8), of the derivative by the argument."""
+    found = pieces.copy()
+    found[:, C0], found[:, C1], found[:, C2], found[:, C3] = pieces[:, C1], 2 * pieces[:, C2], 3 * pieces[:, C3], 0.0
+    found[:, AMPLITUDE] *= pieces[:, FREQUENCY]
+    found[:, PHASE] += 0.5 * np.pi
+    return found
 
 
 def jumps(pieces: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -103,7 +112,7 @@ def jumps(pieces: NDArray[np.float64]) -> NDArray[np.int64]:
 class InputTable(NamedTuple):
     """All input channels of a run as flat arrays, in the kernel's order: what compiled drivers read.
 
-    pieces (n_pieces, 8); per channel first and last piece, rate, offset, and order (0 value, 1 time derivative);
+    pieces (n_pieces, 8); per channel first and last piece, rate, offset, and order (0 value, 1 and 2 time derivatives);
     breakpoints (m,): times, rising, without repeats.
     """
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from qddot.runner.checks import numbers, row, shown, unknown
-from qddot.runner.inputs.bind import as_signal, check_continuous, check_told_apart
+from qddot.runner.checks import numbers, row, shown
+from qddot.runner.inputs.bind import as_signal, check_smooth, check_told_apart
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.shapes import constant
 from qddot.runner.inputs.short import stops_within
@@ -50,7 +50,7 @@ BatchInput = Signal | SignalPerRun | float | Sequence[Signal | float] | NDArray[
 
 @dataclass(frozen=True, eq=False)
 class BatchTable:
-    """All inputs of all runs. table, rate, offset (runs, channels); order (channels,): 0 value, 1 time derivative.
+    """All inputs of all runs. table, rate, offset (runs, channels); order (channels,): of the time derivative.
 
     Table k is pieces[first[k] : last[k] + 1] with breaks[break_first[k] : break_last[k]]. way (channels,): how lanes
     find its pieces; even, guided: the channels of either way; buckets, guide, guide_first, hops: see `guides`.
@@ -121,26 +121,25 @@ def stack_runs(tables: Tables, inputs: Any, runs: int, step: float | None = None
     Raises ValueError as `bind` does, naming the input and, where each run has its own, the run.
     """
     found, zero = _Tables(), constant(0.0)
-    free = [channel.name for channel in tables.inputs if not channel.rate_of]
-    columns: dict[str, tuple[Any, Any, Any]] = {name: (found.number(zero), 0.0, 0.0) for name in free}
+    columns: dict[str, tuple[Any, Any, Any]] = {name: (found.number(zero), 0.0, 0.0) for name in tables.free_inputs}
     for name, value in _by_name(tables, inputs, runs, zero).items():
         columns[name] = _column(found, f"input {name}", value)
     shape = (runs, len(tables.inputs))
     table, rate, offset = np.zeros(shape, dtype=np.int64), np.zeros(shape), np.zeros(shape)
     for i, channel in enumerate(tables.inputs):
-        table[:, i], rate[:, i], offset[:, i] = columns[channel.rate_of or channel.name]
+        table[:, i], rate[:, i], offset[:, i] = columns[channel.input]
     for i, channel in enumerate(tables.inputs[: tables.rhs_inputs]):
-        if channel.rate_of:
-            for k in np.unique(table[:, i]):
-                check_continuous(channel.rate_of, found.signals[k], channel.name)
+        for k in np.unique(table[:, i]):
+            check_smooth(channel, found.signals[k])
     _check_finite(tables, rate, offset)
     _check_told_apart(tables, found.signals, table, rate, offset)
-    order = np.array([int(bool(channel.rate_of)) for channel in tables.inputs], dtype=np.int64)
+    order = np.array([channel.order for channel in tables.inputs], dtype=np.int64)
     if step is not None:
         fastest = [np.abs(rate[table == k]).max(initial=0.0) for k in range(len(found.signals))]
         found.signals = [_with_stops(signal, step * v) for signal, v in zip(found.signals, fastest, strict=True)]
     stacked = _stacked(found.signals)
     way, guides = ways(table, [signal.pieces for signal in found.signals], stacked["first"])
+    way[order > 1] = 0  # what computes where a piece is knows values and rates
     even, guided = np.flatnonzero(way == EVEN), np.flatnonzero(way == GUIDED)
     return BatchTable(table, rate, offset, order, way, even, guided, **stacked, **guides)
 
@@ -149,14 +148,9 @@ def _by_name(tables: Tables, inputs: Any, runs: int, zero: Signal) -> dict[str, 
     if inputs is None:
         return {}
     mappings = [inputs] if isinstance(inputs, Mapping) else list(inputs)
-    rate_of = {channel.name: channel.rate_of for channel in tables.inputs}
     names = list(dict.fromkeys(name for mapping in mappings for name in mapping))
     for name in names:
-        if name not in rate_of:
-            free = [each for each, value in rate_of.items() if not value]
-            raise ValueError(f"model {tables.name}: {unknown('input', name, free)}")
-        if rate_of[name]:
-            raise ValueError(f"model {tables.name}: {name} is the rate of {rate_of[name]}; give {rate_of[name]}")
+        tables.refuse_derivative(name)
     if isinstance(inputs, Mapping):
         return dict(inputs)
     return {name: [mapping.get(name, zero) for mapping in mappings] for name in names}
@@ -207,7 +201,7 @@ def _check_told_apart(
             continue
         farthest = np.maximum(np.abs(tau[0] - offset), np.abs(tau[-1] - offset))
         for run, i in np.argwhere((table == k) & (gaps.min() <= INSET * farthest)):
-            if tables.inputs[i].rate_of == "":
+            if tables.inputs[i].order == 0:
                 shifted = replace(signal, rate=rate[run, i], offset=offset[run, i])
                 check_told_apart(f"input {tables.inputs[i].name} of run {run}", shifted)
 

@@ -53,7 +53,7 @@ def road_profile(spec: Any, amounts: Amounts) -> Signal:
 def road_positions(spec: Any, model: Model, p: NDArray[np.float64], amounts: Amounts) -> dict[str, float]:
     """Where each input reads the road, m ahead of the model's origin: what the model says, changed by the study."""
     places = model.positions(p)
-    inputs = [channel.name for channel in model.tables.inputs if not channel.rate_of]
+    inputs = model.tables.free_inputs
     for name, place in spec.positions.items():
         key = f"road.positions.{name}"
         if name not in inputs:

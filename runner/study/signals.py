@@ -49,7 +49,7 @@ def study_signals(
 
 def input_signal(name: str, spec: Any, model: Model, amounts: Amounts) -> Signal:
     """The signal of one input, from its table of the study."""
-    units = {channel.name: channel.unit for channel in model.tables.inputs if not channel.rate_of}
+    units = {channel.name: channel.unit for channel in model.tables.inputs if channel.order == 0}
     key = f"inputs.{name}"
     if name not in units:
         raise amounts.wrong(key, unknown("input", name, units))

@@ -15,7 +15,7 @@ STATE = (
     ("s", "m", "extension of the damper"),
 )
 COORDINATES = 1
-INPUT = (("F", "", "N", "force on the mass"),)
+INPUT = (("F", "F", 0, "N", "force on the mass"),)
 RHS_INPUTS = 1
 OUTPUT = (("force", "N", "force of the Maxwell element"),)
 PARAMETER = (

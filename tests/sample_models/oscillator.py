@@ -12,9 +12,9 @@ STATE = (
 )
 COORDINATES = 1
 INPUT = (
-    ("F", "", "N", "force on the mass"),
-    ("z_1", "", "m", "displacement of the support"),
-    ("zdot_1", "z_1", "m/s", "velocity of the support"),
+    ("F", "F", 0, "N", "force on the mass"),
+    ("z_1", "z_1", 0, "m", "displacement of the support"),
+    ("zdot_1", "z_1", 1, "m/s", "velocity of the support"),
 )
 RHS_INPUTS = 3
 OUTPUT = (
