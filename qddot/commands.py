@@ -69,11 +69,11 @@ def _run(study: Path, into: Path, figure: bool | None, settings: Sequence[str], 
 
     with Drawing() if drawn(figure) else nullcontext() as drawing:  # imports matplotlib while we import numba
         given = {"path": study, "into": into, "drawing": drawing, "settings": settings, "row": row}
-        return _compute("qddot.runner.command", "run_and_write", **given)
+        return _compute("qddot.runner.commands.run", "run", **given)
 
 
 def _batch(figure: bool | None, **given: Any) -> int:
-    return _compute("qddot.runner.batch.command", "batch", figure=drawn(figure), **given)
+    return _compute("qddot.runner.commands.batch", "batch", figure=drawn(figure), **given)
 
 
 def _report(claims: Path, into: Path, pdf: bool) -> int:
@@ -169,7 +169,7 @@ COMMANDS = {
         ),
     ),
     "identify": Command(
-        partial(_compute, "qddot.runner.identify.command", "identify"),
+        partial(_compute, "qddot.runner.commands.identify", "identify"),
         "Fit unknowns of studies to observations, and say how sure each is.",
         (
             _argument("path", metavar="STUDY", type=Path, help="A TOML file, see studies/paper/identify_*.toml."),
@@ -195,12 +195,12 @@ COMMANDS = {
         ),
     ),
     "summary": Command(
-        partial(_call, "qddot.runner.batch.command", "summary"),
+        partial(_call, "qddot.runner.commands.summary", "summary"),
         "Sum a batch up: best, worst, quantiles, failures.",
         (_STORE,),
     ),
     "plot": Command(
-        partial(_call, "qddot.runner.batch.command", "plot"),
+        partial(_call, "qddot.runner.commands.plot", "plot"),
         "Draw a batch: metrics over one axis, a map over two, trajectories of chosen runs.",
         (
             _STORE,
@@ -211,17 +211,17 @@ COMMANDS = {
         ),
     ),
     "export": Command(
-        partial(_call, "qddot.runner.batch.command", "write_export"),
+        partial(_call, "qddot.runner.commands.export", "export"),
         "Export a batch as a table, one line a run.",
         (_STORE, _argument("--to", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet.")),
     ),
     "schema": Command(
-        partial(_call, "qddot.runner.study.json_schema", "write_schema"),
+        partial(_call, "qddot.runner.commands.schema", "schema"),
         "Give the JSON Schema of studies, for editors.",
         (_argument("--into", dest="path", metavar="PATH", type=Path, help="Write it here; printed by default."),),
     ),
     "list": Command(
-        partial(_call, "qddot.runner.command", "catalogue"),
+        partial(_call, "qddot.runner.commands.catalogue", "catalogue"),
         "List models, studies, the library's guns and roads, integration methods and metrics.",
         (
             _argument(
@@ -234,7 +234,7 @@ COMMANDS = {
         ),
     ),
     "show": Command(
-        partial(_compute, "qddot.runner.command", "show"),
+        partial(_compute, "qddot.runner.commands.show", "show"),
         "Show a model: its tables, static equilibrium and modes; or a study: what drives it, as a table and a figure.",
         (
             _argument("name", metavar="NAME", help="A model's name, a generated module, or a study (.toml)."),

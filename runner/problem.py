@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.inputs.signal import InputTable
+from qddot.runner.inputs.piece import InputTable
 from qddot.runner.matrices import PlacedKernel
 
 #: The end of a run that only an event ends, in s from its start.

@@ -12,7 +12,7 @@ from qddot.runner import abi
 from qddot.runner.inputs.reader import sample
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.pointers import call_kernel, pointer
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.solution import Solution

@@ -20,7 +20,8 @@ from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.matrices import PlacedKernel
-from qddot.runner.methods import METHODS, Method, find_method
+from qddot.runner.method import Method
+from qddot.runner.methods import METHODS, find_method
 from qddot.runner.options import TABLE, Options
 from qddot.runner.problem import Problem
 from qddot.runner.result import IntegrationError, Subject, as_solution

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from qddot.runner.methods import METHODS, Method
+from qddot.runner.method import Method
+from qddot.runner.methods import METHODS
 from qddot.runner.options import TABLE, Options
 
 

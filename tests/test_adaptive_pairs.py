@@ -7,8 +7,8 @@ import pytest
 from adaptive_runs import ADAPTIVE, circle, run, slope
 from scipy.integrate import DOP853, RK23, RK45
 
-from qddot.runner.explicit.tableau_adaptive import DORMAND_PRINCE_54
 from qddot.runner.methods import find_method
+from qddot.runner.tableaux.pages.ode45 import METHOD as DORMAND_PRINCE_54
 
 #: Order of the solution between steps; of Verner's interpolant see its page.
 DENSE = {"ode23": 3, "ode45": 4, "tsit5": 4, "dop853": 7, "vern7": 7}

@@ -297,7 +297,7 @@ LIMITED = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 sys.argv[0] = "qddot"
-import qddot.runner.batch.command
+import qddot.runner.commands.batch
 from qddot.runner.batch import block
 from qddot.runner.batch.job import read_job
 block.warm_up(read_job(__import__("pathlib").Path(sys.argv[2])))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray
+from study_files import slip
 
 from qddot.command_line import parser
 from qddot.commands import COMMANDS
@@ -43,8 +44,9 @@ def test_one_shot_writes_a_data_set_a_figure_and_a_summary(tmp_path):
 def test_a_run_that_diverges_says_so_keeps_what_it_has_and_exits_with_1(tmp_path):
     text = (ROOT / "studies" / "one_shot.toml").read_text()
     study = tmp_path / "coarse.toml"
-    text = text.replace('method = "rk4"\nstep = 1e-4', 'method = "euler"\nstep = 0.02')
-    study.write_text(text.replace("20 #", "1 #"))
+    for right, coarse in (('method = "rk4"', 'method = "euler"'), ("step = 1e-4", "step = 0.02"), ("20 #", "1 #")):
+        text = slip(text, right, coarse)
+    study.write_text(text)
     done = qddot("run", study, cwd=tmp_path)
     assert done.returncode == 1
     assert "diverged" in done.stderr

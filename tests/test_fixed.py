@@ -8,14 +8,14 @@ import pytest
 from numba import njit
 from runs import exploding
 
-from qddot.runner.explicit.tableau import EULER, HEUN, MIDPOINT, RK4
 from qddot.runner.inputs.shapes import pulse_train, sine
 from qddot.runner.inputs.tables import table
 from qddot.runner.load import load
+from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
 from qddot.runner.simulate import IntegrationError, simulate, solve
 
-PAGES = [EULER, HEUN, MIDPOINT, RK4]
+PAGES = [method.tableau for method in METHODS.values() if method.family == "fixed"]
 OMEGA = 5.0  # of the undamped oscillator, sqrt(50 / 2) rad/s
 
 

@@ -12,13 +12,13 @@ import pytest
 from scipy.stats import binomtest, chi2
 
 import qddot
-from qddot.runner.identify.figure import draw
 from qddot.runner.identify.fit import fit
 from qddot.runner.identify.judge import judge
 from qddot.runner.identify.problem import read
 from qddot.runner.identify.store import estimates, save
 from qddot.runner.inputs.shapes import pulse_train, sine
 from qddot.runner.load import load
+from qddot.runner.report.identified_figure import draw
 from qddot.runner.simulate import simulate
 from qddot.runner.study.read import StudyError
 from qddot.runner.study.ready import run_study

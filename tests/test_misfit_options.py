@@ -5,10 +5,10 @@ import pytest
 from study_files import assert_refused, slip, write
 
 import qddot
+from qddot.runner.commands.show_study import show_study
 from qddot.runner.methods import METHODS
 from qddot.runner.options import TABLE
 from qddot.runner.study.overrides import parsed
-from qddot.runner.study.show import show_inputs
 from qddot.runner.takers import taken
 
 #: A value for each option, as it may be given.
@@ -178,13 +178,13 @@ def test_a_study_without_those_tables_takes_them_from_the_command_line(tmp_path)
 def test_show_tells_how_a_study_integrates_and_refuses_what_a_run_would(tmp_path, capsys):
     text = SEVERAL + '\n[inputs.z_r]\nkind = "constant"\nvalue = 0.0\n'
     path = write(tmp_path, text)
-    assert show_inputs(path, tmp_path) == 0
+    assert show_study(path, tmp_path) == 0
     said = capsys.readouterr().out
     assert "integration: rk4\n" in said
     assert "methods of constant step, and exact: step = '1 ms', every = 10\n" in said
     assert "methods of variable step: rtol = 1e-09, atol = 1e-12\n" in said
     path.write_text(slip(text, 'method = "rk4"', 'method = "tsit5"\nstep = 3'))
-    assert_refused(lambda path: show_inputs(path, tmp_path), path, "integration.step: method tsit5 takes none")
+    assert_refused(lambda path: show_study(path, tmp_path), path, "integration.step: method tsit5 takes none")
 
 
 def test_what_a_method_takes_in_many_runs_it_takes_in_one():

@@ -6,8 +6,8 @@ from numba import njit
 from runs import problem, run
 
 from benchmarks.problems import PROBLEMS
-from qddot.runner.explicit.tableau import rooted_trees
 from qddot.runner.stiff.tableau_rosenbrock import RODAS5P
+from qddot.runner.tableaux.butcher import rooted_trees
 
 
 @njit

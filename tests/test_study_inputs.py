@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from study_files import assert_refused, slip, write
 
+from qddot.runner.commands.show_study import show_study
 from qddot.runner.inputs.drive import drive
 from qddot.runner.inputs.iso8608 import CLASSES, random_road
 from qddot.runner.inputs.recoil import measured_pulse_train
@@ -24,7 +25,6 @@ from qddot.runner.study.library import SHIPPED, entries
 from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.ready import run_study
 from qddot.runner.study.road import road_profile, road_signals
-from qddot.runner.study.show import show_inputs
 from qddot.runner.study.signals import study_signals
 
 HEAD = """\
@@ -467,7 +467,7 @@ def test_it_starts_at_rest_on_level_ground(terrain):
 
 
 def test_a_study_is_shown(tmp_path, capsys):
-    assert show_inputs(Path("studies/terrain_run.toml"), tmp_path) == 0
+    assert show_study(Path("studies/terrain_run.toml"), tmp_path) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "F N 0 1.115e+04 0 1004 2" in said
     assert "class F" in said
@@ -476,4 +476,4 @@ def test_a_study_is_shown(tmp_path, capsys):
 
 def test_a_study_without_inputs_has_nothing_to_show(tmp_path):
     with pytest.raises(StudyError, match="the study has no inputs to show"):
-        show_inputs(write(tmp_path, HEAD), tmp_path)
+        show_study(write(tmp_path, HEAD), tmp_path)

@@ -1,19 +1,11 @@
 import numpy as np
 import pytest
 
-from qddot.runner.explicit.tableau import (
-    EULER,
-    HEUN,
-    MIDPOINT,
-    RK4,
-    ButcherTableau,
-    density,
-    elementary_weights,
-    rooted_trees,
-)
 from qddot.runner.methods import METHODS, find_method
+from qddot.runner.tableaux.butcher import ButcherTableau, density, elementary_weights, rooted_trees
+from qddot.runner.tableaux.pages.rk4 import METHOD as RK4
 
-PAGES = [EULER, HEUN, MIDPOINT, RK4]
+PAGES = [method.tableau for method in METHODS.values() if method.family == "fixed"]
 
 
 def rk4_with(**changes):

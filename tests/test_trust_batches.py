@@ -16,13 +16,15 @@ import pyarrow.parquet
 import pytest
 from batches import STUDY, assert_equal, values, written
 
-from qddot.runner.batch import command
 from qddot.runner.batch.export import export
 from qddot.runner.batch.grid import open_batch
 from qddot.runner.batch.job import read_job
 from qddot.runner.batch.results import Results
 from qddot.runner.batch.run import computed, opened, run_batch
 from qddot.runner.batch.store import Store, StoreError, create, locked, remove
+from qddot.runner.commands.export import export as export_command
+from qddot.runner.commands.plot import picture_of, plot, runs_of
+from qddot.runner.commands.summary import summary
 from qddot.runner.machine import compiling
 from qddot.runner.report import batch_figures, batch_progress
 from qddot.runner.study.batch_schema import SweepTable
@@ -62,7 +64,7 @@ def test_a_store_that_is_not_finished_says_how_far_it_is(partial, done, capsys):
     results = Results(partial)
     assert results.partial == f"partial: {done} of 36 runs"
     assert results.heading == f"A quick batch (partial: {done} of 36 runs)"
-    assert command.summary(partial) == 0
+    assert summary(partial) == 0
     said = capsys.readouterr().out
     assert f"A quick batch (partial: {done} of 36 runs)" in said
     assert f"{done} of 36 runs, 0 failed" in said
@@ -89,7 +91,7 @@ def test_what_a_killed_process_half_wrote_is_not_there(partial, done, whole):
 
 
 def test_exports_of_a_partial_store_say_so(partial, done, tmp_path, capsys):
-    assert command.write_export(partial, tmp_path / "rows.csv") == 0
+    assert export_command(partial, tmp_path / "rows.csv") == 0
     assert capsys.readouterr().out == f"wrote {tmp_path / 'rows.csv'}, partial: {done} of 36 runs\n"
     assert (tmp_path / "rows.csv").read_text().count("not_run") == 36 - done
     table = pyarrow.parquet.read_table(export(Results(partial), tmp_path / "rows.parquet"))
@@ -164,19 +166,19 @@ def test_no_two_figures_of_a_store_have_one_name(whole, capsys):
         {"metrics": ["dissipated"], "over": [], "runs": "worst"},
     ]
     for each in asked:
-        assert command.plot(whole, **each, into=None) == 0
+        assert plot(whole, **each, into=None) == 0
     drawn = sorted(path.name for path in set(whole.parent.iterdir()) - before)
     assert len(drawn) == len(asked)
     assert {"quick.png", "quick_metric=travel_over=m_s.png", "quick_runs=0+5.png"} <= set(drawn)
-    assert command.picture_of(Path("x.1")) != command.picture_of(Path("x.2"))
+    assert picture_of(Path("x.1")) != picture_of(Path("x.2"))
 
 
 def test_the_best_and_the_worst_run_are_those_of_the_metric_that_is_given(whole):
     results = Results(whole)
     for metric in results.metrics:
         order = results.best_first(metric)
-        assert command._runs(results, "best", [metric]) == [order[0]]
-        assert command._runs(results, "worst", [metric]) == [order[-1]]
+        assert runs_of(results, "best", [metric]) == [order[0]]
+        assert runs_of(results, "worst", [metric]) == [order[-1]]
 
 
 WRONG = {
@@ -204,7 +206,7 @@ def test_nothing_that_plot_is_given_is_ignored(whole, case):
     given, message = WRONG[case]
     before = set(whole.parent.iterdir())
     with pytest.raises(ValueError, match=re.escape(message)) as refused:
-        command.plot(whole, **{"metrics": [], "over": [], "runs": None, "into": None} | given)
+        plot(whole, **{"metrics": [], "over": [], "runs": None, "into": None} | given)
     assert "\n" not in str(refused.value)
     assert set(whole.parent.iterdir()) == before
 
@@ -217,9 +219,9 @@ def test_what_is_no_store_is_refused_in_one_line(tmp_path, name):
     (tmp_path / "run.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
     path, found = tmp_path / name, []
     for ask in (
-        lambda: command.summary(path),
-        lambda: command.plot(path, [], [], None, None),
-        lambda: command.write_export(path, tmp_path / "rows.csv"),
+        lambda: summary(path),
+        lambda: plot(path, [], [], None, None),
+        lambda: export_command(path, tmp_path / "rows.csv"),
         lambda: open_batch(path),
     ):
         with pytest.raises(StoreError) as refused:
@@ -412,7 +414,7 @@ main()
 def test_brackets_in_a_title_are_no_markup(tmp_path, capsys, whole):
     study = written(tmp_path, STUDY.replace("A quick batch", "A [quick] batch [/bold] :smile:"), "brackets")
     path = run_batch(study, tmp_path / "brackets.zarr")
-    assert command.summary(path) == 0
+    assert summary(path) == 0
     assert "A [quick] batch [/bold] :smile:" in capsys.readouterr().out
 
 

@@ -14,7 +14,7 @@ from qddot.codegen.slips import explained
 from qddot.codegen.sources import from_file
 from qddot.model.system import ModelError
 from qddot.paper.claims import read as read_claims
-from qddot.runner.command import show
+from qddot.runner.commands.show import show
 from qddot.runner.files import named_code
 from qddot.runner.identify.problem import read as read_identification
 from qddot.runner.report.tables import statistics

@@ -98,7 +98,7 @@ def test_a_run_that_diverged_is_reported_as_failed_before_any_table(ran, folder)
 
 
 def test_the_figure_of_a_partial_run_says_so(models, folder, ran):
-    from qddot.runner.command import _curves
+    from qddot.runner.commands.run import _curves
     from qddot.runner.study.read import read
 
     study = read(folder / "runaway.toml", {})

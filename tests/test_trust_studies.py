@@ -17,7 +17,7 @@ from qddot.runner.identify.problem import read as read_identification
 from qddot.runner.study.overrides import parsed
 from qddot.runner.study.read import StudyError, read
 from qddot.runner.study.ready import run_study
-from qddot.runner.study.schema import Study
+from qddot.runner.study.schema import StudyTable
 
 PENDULUM = """\
 model = "pendulum"
@@ -227,7 +227,7 @@ def test_a_study_with_damage_is_a_study_or_is_refused_in_our_words(damage):
         path = Path(folder) / "study.toml"
         path.write_text(text, encoding="utf-8")
         try:
-            assert isinstance(read(path), Study)
+            assert isinstance(read(path), StudyTable)
         except StudyError as error:
             for line in str(error).splitlines():
                 assert line.startswith(str(path))

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from importlib import import_module
 from pathlib import Path
 
@@ -16,6 +17,28 @@ ROOMS = {"units", "model", "codegen", "generated", "runner", "paper", "studies"}
 
 #: Of the front door, what rooms may import.
 SHARED = {"words", "origin"}
+
+#: The rooms of the runner from the first to the last: each may import those before it.
+RUNNER = (
+    *(
+        "abi",
+        "notebook",
+        "checks",
+        "files",
+        "machine",
+        "matrices",
+        "ranges",
+        "tables",
+        "stale",
+        "load",
+        "inputs",
+        "problem",
+    ),
+    *("options", "tableaux", "method", "frame", "explicit", "stiff", "workers", "exact", "methods"),
+    *("takers", "keywords", "inertia", "equilibrium", "modes", "jumps", "diagnosis", "solution", "result", "simulate"),
+    *("observe", "lanes", "metrics", "study", "batch", "identify", "report", "commands"),
+)
+MODULES = [path for path in (ROOT / "runner").rglob("*.py") if "__pycache__" not in path.parts]
 
 #: What a room must not import: libraries, and rooms of ours. Of the front door, rooms may have its words and origins.
 FORBIDDEN = {
@@ -51,6 +74,31 @@ def test_no_room_imports_what_it_must_not(room):
         assert not set(imports(path)) & (FORBIDDEN[room] | {"qddot", "qddot.paper", "tests"}), path
 
 
+def test_imports_of_the_runner_lead_to_the_same_room_or_one_before_it():
+    """So there is no circle of rooms, and no arrow that runs back; imports inside functions and for types count."""
+    place = {room: k for k, room in enumerate(RUNNER)}
+    found = {path.relative_to(ROOT / "runner").parts[0].removesuffix(".py") for path in (ROOT / "runner").rglob("*.py")}
+    assert found - {"__init__"} == place.keys()
+    back = []
+    for path in (ROOT / "runner").rglob("*.py"):
+        file = path.relative_to(ROOT / "runner")
+        own = file.parts[0].removesuffix(".py")
+        ours = (name.split(".")[2] for name in imported(path) if name.startswith("qddot.runner."))
+        back += [f"{file} imports {room}" for room in ours if room in place and place[room] > place.get(own, -1)]
+    assert back == []
+
+
+def test_no_two_files_of_the_runner_import_each_other():
+    """Nor in a longer circle."""
+    files = {path: ".".join(("qddot", *path.relative_to(ROOT).with_suffix("").parts)) for path in MODULES}
+    names = {name.removesuffix(".__init__"): path for path, name in files.items()}
+    after = {}
+    for path in files:
+        prefixes = (name.rsplit(".", k)[0] for name in imported(path) for k in (0, 1))
+        after[path] = {names[name] for name in prefixes if name in names and names[name] != path}
+    TopologicalSorter(after).prepare()  # raises CycleError, with the circle
+
+
 def test_the_paper_is_written_with_public_names_alone():
     public = {"qddot": qddot, **{f"qddot.{name}": import_module(f"qddot.{name}") for name in qddot.NAMESPACES}}
     for path in (ROOT / "paper").rglob("*.py"):
@@ -73,7 +121,11 @@ def test_generated_modules_import_numba_and_math_only():
 
 
 def test_running_imports_no_derivation_and_deriving_no_compiler():
-    for module, absent in (("qddot.runner.command", "sympy"), ("qddot.codegen.command", "numba"), ("qddot", "numpy")):
+    for module, absent in (
+        ("qddot.runner.commands.run", "sympy"),
+        ("qddot.codegen.command", "numba"),
+        ("qddot", "numpy"),
+    ):
         code = f"import sys, {module}; sys.exit({absent!r} in sys.modules)"
         assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0, module
 

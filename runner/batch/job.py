@@ -12,7 +12,7 @@ from qddot.runner.batch.prepared import Run
 from qddot.runner.batch.sampling import Sampling, sampling_of
 from qddot.runner.batch.wanted import check_outputs, request_of
 from qddot.runner.equilibrium import Guess, rest, resting_inputs
-from qddot.runner.inputs.signal import InputTable
+from qddot.runner.inputs.piece import InputTable
 from qddot.runner.load import Model
 from qddot.runner.metrics.measure import Measure, measure, quantity_of
 from qddot.runner.observe import Observer, observer
@@ -23,7 +23,7 @@ from qddot.runner.study.memory import Memory
 from qddot.runner.study.overrides import Tree, changed
 from qddot.runner.study.read import StudyError, check, naming_keys, read_tree
 from qddot.runner.study.rows import apart, sweep_in
-from qddot.runner.study.schema import Study
+from qddot.runner.study.schema import StudyTable
 from qddot.runner.study.sweep import Sweep, described
 
 #: Bytes of samples that a block may take, and the most runs in one.
@@ -45,7 +45,7 @@ class Job:
 
     tree: Tree
     own: Tree
-    study: Study
+    study: StudyTable
     first: ready.Study
     sweep: Sweep
     sampling: Sampling

@@ -8,7 +8,7 @@ from qddot.runner.metrics.measure import Request, quantity_of
 from qddot.runner.observe import observable
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.batch_schema import MetricTable
-from qddot.runner.study.schema import Study
+from qddot.runner.study.schema import StudyTable
 from qddot.runner.study.sweep import RESERVED, Sweep
 
 
@@ -26,7 +26,7 @@ def request_of(path: Path, name: str, table: MetricTable, model: Model) -> Reque
     return Request(**said)
 
 
-def check_outputs(study: Study, sweep: Sweep, model: Model) -> None:
+def check_outputs(study: StudyTable, sweep: Sweep, model: Model) -> None:
     """Whether quantities that are kept exist, and names in the results are different. Raises ValueError."""
     names = [quantity.name for quantity in observable(model)]
     for i, name in enumerate(study.outputs.keep):

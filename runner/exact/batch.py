@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from qddot.runner import abi
 from qddot.runner.exact.runs import RUNS, propagate_runs
 from qddot.runner.exact.space import SPACE, Linear, space_for
-from qddot.runner.inputs.signal import InputTable
+from qddot.runner.inputs.piece import InputTable
 from qddot.runner.load import Model
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import address, record

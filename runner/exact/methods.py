@@ -1,7 +1,7 @@
 """The exact method."""
 
 from qddot.runner.exact.run import integrate
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 
 METHODS = (
     Method(

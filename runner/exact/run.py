@@ -23,7 +23,7 @@ from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 #: Intervals saved by default.
 DEFAULT_INTERVALS = 5000

@@ -13,7 +13,6 @@ from qddot.runner.explicit.adaptive_course import COURSE
 from qddot.runner.explicit.adaptive_loop import run_slice
 from qddot.runner.explicit.controller import CONTROL, control_for
 from qddot.runner.explicit.step import PAIR, pair_for
-from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.log import LOG, Log, log_for
@@ -27,9 +26,10 @@ from qddot.runner.machine.compiling import working_time
 from qddot.runner.machine.memory import BLOCK, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Trajectory
+from qddot.runner.tableaux.embedded import EmbeddedPair
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 #: State components advanced per slice: some milliseconds of work for a generated model.
 SLICE_WORK = 1_000_000

@@ -25,7 +25,7 @@ from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Trajectory
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 #: Points saved by default, about.
 DEFAULT_POINTS = 5000

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.explicit.slopes import slope, slope_by_arrays
-from qddot.runner.explicit.tableau import ButcherTableau
-from qddot.runner.explicit.tableau_adaptive import EmbeddedPair
 from qddot.runner.explicit.workspace import (
     ERROR,
     ERROR_2,
@@ -29,6 +27,8 @@ from qddot.runner.frame.space import look_up, row_address
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, address, floats, layout, record
 from qddot.runner.machine.stage import call_stage
+from qddot.runner.tableaux.butcher import ButcherTableau
+from qddot.runner.tableaux.embedded import EmbeddedPair
 
 #: Bytes of a row of coefficients.
 ROW = 8 * MOST_STAGES

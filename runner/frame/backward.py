@@ -22,7 +22,7 @@ from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 
 def integrate_backward(problem: Problem, method: "Method", options: Options) -> Trajectory:

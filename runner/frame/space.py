@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.inputs.instants import side_of
+from qddot.runner.inputs.piece import InputTable
 from qddot.runner.inputs.reader import read, reader_for
-from qddot.runner.inputs.signal import InputTable
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, VIEW, address, floats, integers, layout, matrix, record, writable
 from qddot.runner.problem import Problem

@@ -11,7 +11,7 @@ from qddot.runner.options import Options
 from qddot.runner.problem import FOREVER, Problem, Statistics, Status, Trajectory
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 #: The shortest step, in spacings of floating-point time.
 LEAST_STEP = 64

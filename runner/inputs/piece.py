@@ -3,7 +3,10 @@
 Every reader of inputs (alone, in lanes, exact) finds its piece and differentiates it here.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats
@@ -11,6 +14,22 @@ from qddot.runner.machine.memory import LEAN, floats
 #: Columns of a piece: value(s) = c0 + c1 s + c2 s^2 + c3 s^3 + amplitude*sin(frequency*s + phase), s = tau - start.
 START, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE = range(8)
 COLUMNS = 8
+
+
+class InputTable(NamedTuple):
+    """All input channels of a run as flat arrays, in the kernel's order: what compiled drivers read.
+
+    pieces (n_pieces, 8); per channel first and last piece, rate, offset, and order (0 value, 1 and 2 time derivatives);
+    breakpoints (m,): times, rising, without repeats.
+    """
+
+    pieces: NDArray[np.float64]
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    rate: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    order: NDArray[np.int64]
+    breakpoints: NDArray[np.float64]
 
 
 @compiled(**LEAN)

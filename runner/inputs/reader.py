@@ -5,19 +5,14 @@ in local time. While the time stays within the window, reading takes no search a
 channels is one the compiler turns into vector instructions.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.inputs import piece
-from qddot.runner.inputs.piece import differentiated, holds_from, holds_to, piece_at, piece_value
+from qddot.runner.inputs.piece import InputTable, differentiated, holds_from, holds_to, piece_at, piece_value
 from qddot.runner.inputs.sine import FAR, sine
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, VIEW, first_item, floats
-
-if TYPE_CHECKING:
-    from qddot.runner.inputs.signal import InputTable
 
 #: The head of a reader: the window; whether a channel has a sine in it, whether all the channels read are constant
 #: there; GROUP.
@@ -30,7 +25,7 @@ PIECE, ORIGIN, C0, C1, C2, C3, AMPLITUDE, FREQUENCY, PHASE, SINE_ORIGIN, VALUE =
 GROUP_SIZE = 11 * GROUP
 
 
-def reader_for(table: "InputTable") -> NDArray[np.float64]:
+def reader_for(table: InputTable) -> NDArray[np.float64]:
     """A reader of these channels, its window empty: (HEAD + groups*GROUP_SIZE,)."""
     reader: NDArray[np.float64] = _empty_reader(table.first)
     return reader
@@ -45,7 +40,7 @@ def _empty_reader(first):
     return reader
 
 
-def sample(table: "InputTable", times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+def sample(table: InputTable, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
     """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
     _sample(table, times, values)
 

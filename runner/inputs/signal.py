@@ -6,13 +6,12 @@ offsets; a sweep over speed changes one rate.
 
 from dataclasses import dataclass, replace
 from html import escape
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner import notebook
-from qddot.runner.inputs.piece import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START
+from qddot.runner.inputs.piece import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, InputTable
 from qddot.runner.inputs.reader import sample
 from qddot.words import counted
 
@@ -107,22 +106,6 @@ def jumps(pieces: NDArray[np.float64]) -> NDArray[np.int64]:
     largest = max(np.abs(each).max(initial=0.0) for each in sizes)
     across = np.spacing(np.abs(pieces[1:, START])) * (np.abs(slopes) + np.abs(slopes_after))
     return np.flatnonzero(np.abs(starts - ends) > JUMP * largest + across) + 1
-
-
-class InputTable(NamedTuple):
-    """All input channels of a run as flat arrays, in the kernel's order: what compiled drivers read.
-
-    pieces (n_pieces, 8); per channel first and last piece, rate, offset, and order (0 value, 1 and 2 time derivatives);
-    breakpoints (m,): times, rising, without repeats.
-    """
-
-    pieces: NDArray[np.float64]
-    first: NDArray[np.int64]
-    last: NDArray[np.int64]
-    rate: NDArray[np.float64]
-    offset: NDArray[np.float64]
-    order: NDArray[np.int64]
-    breakpoints: NDArray[np.float64]
 
 
 def stack(signals: list[Signal], orders: list[int]) -> InputTable:

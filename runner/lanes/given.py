@@ -12,7 +12,7 @@ from qddot.runner.equilibrium import still
 from qddot.runner.frame.spans import check_advances
 from qddot.runner.lanes.signals import count_runs
 from qddot.runner.load import Model
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 from qddot.runner.options import Options
 
 Floats = NDArray[np.float64]

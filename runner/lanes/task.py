@@ -25,7 +25,7 @@ from qddot.runner.lanes.starts import constants_of, equilibria
 from qddot.runner.load import Model
 from qddot.runner.machine.memory import address, record
 from qddot.runner.machine.pointers import pointer
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 from qddot.runner.options import Options
 from qddot.runner.tables import Quantity
 

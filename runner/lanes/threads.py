@@ -20,7 +20,7 @@ from qddot.runner.lanes.samples import SAMPLE_WITHIN, write_samples_within
 from qddot.runner.lanes.settle import SETTLE, settle
 from qddot.runner.machine.memory import address
 from qddot.runner.machine.pointers import pointer
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 from qddot.runner.options import Options
 from qddot.runner.problem import Status
 from qddot.runner.workers import cores, on_threads

@@ -4,7 +4,7 @@ from typing import Literal
 
 from qddot.runner.lanes.kernel import lane_rhs
 from qddot.runner.load import Model
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 from qddot.runner.options import TABLE, Options
 
 #: In SIMD lanes; each by its own matrices, on all threads; one by one.

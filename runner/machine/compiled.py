@@ -51,7 +51,7 @@ _NOTHING_COMPILED = (
     "study",
     "batch",
     "identify",
-    "command.py",
+    "commands",
     "files.py",
     "notebook.py",
     "stale.py",

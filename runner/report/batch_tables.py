@@ -1,5 +1,7 @@
 """The summary of a batch for the terminal."""
 
+from pathlib import Path
+
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -66,3 +68,22 @@ def failures_table(results: Results, most: int = 12) -> Table:
         rest = sum(count for count, _, _ in failures[most:])
         table.add_row(str(rest), "", f"{len(failures) - most} other reasons")
     return table
+
+
+def print_summary(console: Console, results: Results) -> None:
+    """The title, how many runs there are and failed, the metrics, and the reasons of failures."""
+    console.print(results.heading, style="bold", highlight=False)
+    console.print(counts(results), highlight=False)
+    if results.metrics:
+        console.print(metrics_table(results))
+        console.print(extremes_table(results))
+        for line in valueless(results):
+            console.print(f"note: {line}", highlight=False, soft_wrap=True)
+    if results.failures():
+        console.print(failures_table(results))
+
+
+def wrote(results: Results, path: Path) -> None:
+    """Say what was written, and of how many runs where some are not computed yet."""
+    said = f"wrote {path}" + (f", {results.partial}" if results.partial else "")
+    Console(markup=False, emoji=False).print(said, highlight=False, soft_wrap=True)

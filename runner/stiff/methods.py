@@ -1,6 +1,6 @@
 """The stiff methods."""
 
-from qddot.runner.methods import Method
+from qddot.runner.method import Method
 from qddot.runner.stiff.ndf import integrate as integrate_ndf
 from qddot.runner.stiff.ndf_formulas import HIGHEST_ORDER
 from qddot.runner.stiff.rosenbrock import integrate as integrate_rosenbrock

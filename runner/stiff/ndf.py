@@ -31,7 +31,7 @@ from qddot.runner.stiff.space import F, X, control_type
 from qddot.runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 #: k: order; last_h, last_k: of the step before; same_steps: taken with this h and k; rate: of Newton's convergence;
 #: R, RU: see `ndf_formulas.rescale`.

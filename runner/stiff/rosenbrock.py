@@ -22,7 +22,7 @@ from qddot.runner.stiff.space import F, X, control_type
 from qddot.runner.stiff.system import CENTRAL_BELOW, ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
 
 if TYPE_CHECKING:
-    from qddot.runner.methods import Method
+    from qddot.runner.method import Method
 
 #: The estimate of the error is O(h^5).
 ERROR_ORDER = 5

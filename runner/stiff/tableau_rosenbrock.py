@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.explicit.tableau import Tree, density, nodes, rooted_trees
+from qddot.runner.tableaux.butcher import Tree, density, nodes, rooted_trees
 
 #: Rounding allowed in an order condition, relative to its largest term.
 TOLERANCE = 2e-13

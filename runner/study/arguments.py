@@ -13,11 +13,11 @@ from qddot.runner.study.base import Amount
 from qddot.runner.study.integration import integration_arguments
 from qddot.runner.study.memory import Memory
 from qddot.runner.study.read import StudyError, place
-from qddot.runner.study.schema import Study
+from qddot.runner.study.schema import StudyTable
 from qddot.runner.study.signals import study_signals
 
 
-def settings(study: Study, model: Model, path: Path, memory: Memory | None = None) -> dict[str, Any]:
+def settings(study: StudyTable, model: Model, path: Path, memory: Memory | None = None) -> dict[str, Any]:
     """The study's words as arguments of `simulate`: numbers in the model's units, signals, options.
 
     memory: of a study of which this is a change, whose signals and options will do where they are the same.
@@ -34,14 +34,14 @@ def settings(study: Study, model: Model, path: Path, memory: Memory | None = Non
     }
 
 
-def _span(study: Study, amounts: Amounts) -> tuple[float, float]:
+def _span(study: StudyTable, amounts: Amounts) -> tuple[float, float]:
     t0, t1 = (amounts("span", t, "s") for t in study.span)
     if not t0 < t1:
         raise amounts.wrong("span", f"from {t0:g} to {t1:g} s; expected a start before the end")
     return t0, t1
 
 
-def study_model(study: Study, path: Path) -> Model:
+def study_model(study: StudyTable, path: Path) -> Model:
     """The study's model; a generated module named by a path lies below the study's folder, see `named_code`."""
     own = study.model.endswith(".py") or "/" in study.model
     try:
@@ -50,7 +50,7 @@ def study_model(study: Study, path: Path) -> Model:
         raise StudyError(f"{place(path, 'model')}: {error}") from error
 
 
-def study_parameters(study: Study, model: Model, amounts: Amounts) -> tuple[str | None, dict[str, float]]:
+def study_parameters(study: StudyTable, model: Model, amounts: Amounts) -> tuple[str | None, dict[str, float]]:
     """The study's parameter set and its own values, in the model's units: the `parameters` of `simulate`."""
     units = {parameter.name: parameter.unit for parameter in model.tables.parameters}
     return study.parameter_set, _named("parameters", "parameter", study.parameters, units, amounts)
@@ -60,7 +60,7 @@ def _initial(values: Mapping[str, Amount], model: Model, amounts: Amounts) -> di
     return _named("initial", "state", values, {state.name: state.unit for state in model.tables.states}, amounts)
 
 
-def _guess(study: Study, model: Model, amounts: Amounts) -> dict[str, float] | None:
+def _guess(study: StudyTable, model: Model, amounts: Amounts) -> dict[str, float] | None:
     """Where the search for the static state starts."""
     if not study.equilibrium_guess:
         return None

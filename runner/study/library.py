@@ -12,8 +12,9 @@ from typing import Any
 from qddot.runner.checks import unknown
 from qddot.runner.study.toml import tables_of, text_of
 
-#: The entries that come with qddot.
-SHIPPED = Path(__file__).parent.parent.parent / "studies" / "library"
+#: The studies that come with qddot, and the entries.
+STUDIES = Path(__file__).parent.parent.parent / "studies"
+SHIPPED = STUDIES / "library"
 #: Keys of which two say how large a pulse is: two in the study replace those of the entry.
 _SIZES = ("peak", "duration", "impulse", "shell_mass")
 _AMMUNITION = ("muzzle_velocity", "charge_mass", "gas_velocity_factor")

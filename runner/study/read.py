@@ -1,4 +1,4 @@
-"""A study file as a checked `Study`, or an error that says where in the file and what is valid there."""
+"""A study file as a checked `StudyTable`, or an error that says where in the file and what is valid there."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from qddot.runner.study.identified import with_identified
 from qddot.runner.study.library import Entry, completed
 from qddot.runner.study.overrides import Tree, changed
 from qddot.runner.study.places import place
-from qddot.runner.study.schema import Study
+from qddot.runner.study.schema import StudyTable
 from qddot.runner.study.toml import tables_of, text_of
 
 __all__ = ["StudyError", "check", "naming_file", "naming_keys", "place", "read", "read_tree"]
@@ -35,7 +35,7 @@ class StudyError(ValueError):
     """A study that cannot be run; the message names the file, the line and the key."""
 
 
-def read(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
+def read(path: Path, changes: Mapping[str, Any] | None = None) -> StudyTable:
     """Read and check a study file, with these values by dotted key in place of the file's.
 
     Raises StudyError listing everything that is wrong with its keys and types.
@@ -67,18 +67,18 @@ def read_tree(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[str
         raise StudyError(f"{path}: --set {error}") from None
 
 
-def check(path: Path, text: str, tree: Tree, library: Callable[[], Mapping[str, Entry]] | None = None) -> Study:
+def check(path: Path, text: str, tree: Tree, library: Callable[[], Mapping[str, Entry]] | None = None) -> StudyTable:
     """The study in these tables, what it takes from the library filled in; `path` and its `text` are for messages.
 
     library: gives its entries where the caller has read them already.
     """
     try:
-        return Study.model_validate(completed(tree, path, library))
+        return StudyTable.model_validate(completed(tree, path, library))
     except KeyError as error:
         key, message = error.args
         raise StudyError(f"{place(path, key, text)}: {message}") from None
     except ValidationError as error:
-        raise StudyError(explained(path, text, error, Study)) from None
+        raise StudyError(explained(path, text, error, StudyTable)) from None
 
 
 @contextmanager
@@ -102,7 +102,7 @@ def naming_keys(path: Path, text: str) -> Iterator[None]:
         raise
     except ValueError as error:
         key, colon, rest = str(error).partition(": ")
-        known = colon and key.split(".")[0] in Study.model_fields
+        known = colon and key.split(".")[0] in StudyTable.model_fields
         raise StudyError(f"{place(path, key, text)}: {rest}" if known else f"{path}: {error}") from error
 
 

@@ -39,7 +39,7 @@ class Study:
     path: Path
     text: str
     tree: Tree
-    tables: schema.Study
+    tables: schema.StudyTable
     model: Model
     memory: Memory = field(default_factory=Memory, repr=False)
 

@@ -57,7 +57,7 @@ class Figure(Table):
     from_start: tuple[str, ...] = ()
 
 
-class Study(Table):
+class StudyTable(Table):
     """One run of one model, or a batch of them where it has a sweep.
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:

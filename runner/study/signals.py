@@ -18,12 +18,12 @@ from qddot.runner.load import Model
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.memory import Memory
 from qddot.runner.study.road import profile_of, road_profile, road_signals
-from qddot.runner.study.schema import Study
+from qddot.runner.study.schema import StudyTable
 from qddot.runner.study.units import magnitude
 
 
 def study_signals(
-    study: Study, model: Model, p: NDArray[np.float64], path: Path, memory: Memory | None = None
+    study: StudyTable, model: Model, p: NDArray[np.float64], path: Path, memory: Memory | None = None
 ) -> dict[str, Signal]:
     """Signals by input name of all that the study drives a model with parameters p by; in the inputs' own units.
 

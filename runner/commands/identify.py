@@ -11,7 +11,7 @@ from qddot.runner.identify.fit import fit
 from qddot.runner.identify.judge import judge
 from qddot.runner.identify.problem import read
 from qddot.runner.identify.store import estimates, save
-from qddot.runner.identify.tables import estimates_table, observations_table, quality
+from qddot.runner.report.identified_tables import estimates_table, observations_table, quality
 from qddot.runner.report.progress import progress_bar
 
 
@@ -27,7 +27,7 @@ def identify(path: Path, into: Path, as_json: bool) -> int:
         said = {"estimates": [asdict(each) for each in unknowns], "notes": judgement.notes, "file": str(written)}
         print(json.dumps(said | {"chi_squared": judgement.chi_squared, "fits": judgement.fits}, indent=1))
         return 0 if found.converged else 1
-    from qddot.runner.identify.figure import draw  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.report.identified_figure import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     console = Console()
     console.print(f"[bold]{problem.given.title}[/bold]")

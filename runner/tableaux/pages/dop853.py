@@ -8,8 +8,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from qddot.runner.explicit.tableau import ButcherTableau
-from qddot.runner.explicit.tableau_adaptive import EmbeddedPair, sparse
+from qddot.runner.tableaux.butcher import ButcherTableau
+from qddot.runner.tableaux.embedded import EmbeddedPair, sparse
 
 STAGES, ALL_STAGES = 12, 16
 
@@ -221,7 +221,7 @@ _STEP = ButcherTableau(
 
 _DENSE = ButcherTableau(name="dop853", order=8, c=C, A=_A, b=_B, P=power_form(_B), order_dense=7, citation=_CITATION)
 
-DOP853 = EmbeddedPair(
+METHOD = EmbeddedPair(
     tableau=_STEP,
     dense=_DENSE,
     error_order=8,

@@ -1,4 +1,4 @@
-"""What a study drives its model by, before it is run: a table and a figure."""
+"""`qddot show STUDY`: what a study drives its model by, before it is run: a table and a figure."""
 
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from qddot.runner.study.road import random_road_roughness, road_positions, road_
 from qddot.runner.study.signals import study_signals
 
 
-def show_inputs(path: Path, into: Path) -> int:
+def show_study(path: Path, into: Path) -> int:
     """Print how the study integrates and its inputs; draw these: over time, the road over distance, its spectrum."""
     given, console = ready(path, *read_tree(path)), Console()
     study, model, amounts = given.tables, given.model, Amounts(path)

@@ -6,7 +6,6 @@ k_i = f(t + c_i h, y + h sum_j a_ij k_j), step y + h sum_i b_i k_i.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction as Q
 from functools import cache
 from typing import Any
 
@@ -149,41 +148,3 @@ class ButcherTableau:
             expected[nodes(tree) - 1] = 1 / density(tree)
             if np.abs(elementary_weights(tree, self.A) @ self.P - expected).max() > allowed:
                 raise ValueError(f"tableau {self.name}: dense output is not of order {self.order_dense} (tree {tree})")
-
-
-EULER = ButcherTableau(
-    name="euler",
-    order=1,
-    c=[0],
-    A=[[]],
-    b=[1],
-    citation="L. Euler, Institutionum Calculi Integralis I (1768), section 650; HNW, equation I.7.3",
-)
-
-#: Predict by Euler's method, correct by the trapezoidal rule once.
-HEUN = ButcherTableau(
-    name="heun",
-    order=2,
-    c=[0, 1],
-    A=[[], [1]],
-    b=[Q(1, 2), Q(1, 2)],
-    citation="K. Heun, Neue Methoden zur approximativen Integration, Z. Math. Phys. 45 (1900) 23-38",
-)
-
-MIDPOINT = ButcherTableau(
-    name="midpoint",
-    order=2,
-    c=[0, Q(1, 2)],
-    A=[[], [Q(1, 2)]],
-    b=[0, 1],
-    citation="C. Runge, Math. Ann. 46 (1895) 167-178; HNW, equation II.1.4",
-)
-
-RK4 = ButcherTableau(
-    name="rk4",
-    order=4,
-    c=[0, Q(1, 2), Q(1, 2), 1],
-    A=[[], [Q(1, 2)], [0, Q(1, 2)], [0, 0, 1]],
-    b=[Q(1, 6), Q(1, 3), Q(1, 3), Q(1, 6)],
-    citation="W. Kutta, Z. Math. Phys. 46 (1901) 435-453; HNW, table II.1.2",
-)

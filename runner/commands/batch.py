@@ -1,27 +1,16 @@
-"""The commands of batches: what they print and write; each gives the exit status."""
+"""`qddot batch`: all runs of a sweep into a store, their summary and figure."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from rich.console import Console
-
-from qddot.runner.batch.export import export
 from qddot.runner.batch.job import Job, read_job
 from qddot.runner.batch.results import Results
 from qddot.runner.batch.run import check_workers, computed, opened, updated
-from qddot.runner.batch.store import Store, StoreError, free
-from qddot.runner.checks import unknown
-from qddot.runner.files import named
+from qddot.runner.batch.store import Store, free
+from qddot.runner.commands.plot import picture_of
 from qddot.runner.report.batch_progress import BatchProgress
-from qddot.runner.report.batch_tables import (
-    counts,
-    extremes_table,
-    failures_table,
-    metrics_table,
-    valueless,
-    wide_console,
-)
+from qddot.runner.report.batch_tables import counts, print_summary, wide_console
 from qddot.runner.stale import as_it_stands, begun_with, choosing, kept
 from qddot.runner.study.overrides import parsed
 
@@ -57,7 +46,7 @@ def batch(
         said = f"stopped after {counts(results)}: the same command goes on from there"
         console.print(said, highlight=False, soft_wrap=True)
         return 128 + stopped_by
-    _print(console, results)
+    print_summary(console, results)
     console.print(f"wrote {store.path}", highlight=False, soft_wrap=True)
     if figure and len(results.finished) and results.axes:
         from qddot.runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
@@ -106,79 +95,3 @@ def _compute(job: Job, store: Store, workers: int | None, scheduler: str | None)
             ) from error
     progress.stop()
     return progress, stopped_by
-
-
-def summary(store: Path) -> int:
-    """Print how many runs there are and failed, the metrics, and the reasons of failures."""
-    _print(wide_console(), Results(store))
-    return 0
-
-
-def _print(console: Console, results: Results) -> None:
-    console.print(results.heading, style="bold", highlight=False)
-    console.print(counts(results), highlight=False)
-    if results.metrics:
-        console.print(metrics_table(results))
-        console.print(extremes_table(results))
-        for line in valueless(results):
-            console.print(f"note: {line}", highlight=False, soft_wrap=True)
-    if results.failures():
-        console.print(failures_table(results))
-
-
-def picture_of(store: Path, **chosen: Sequence[object]) -> Path:
-    """Where the figure of a store is drawn, beside it: another file for another choice."""
-    return store.with_name(f"{named(store.name.removesuffix('.zarr'), **chosen)}.png")
-
-
-def plot(store: Path, metrics: Sequence[str], over: Sequence[str], runs: str | None, into: Path | None) -> int:
-    """Draw a figure of a store."""
-    from qddot.runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
-
-    results = Results(store)
-    if runs is None:
-        path = draw(results, into or picture_of(store, metric=metrics, over=over), metrics, over)
-    elif over:
-        raise ValueError("--over: trajectories of --runs are drawn over time; leave one of the two out")
-    else:
-        chosen = _runs(results, runs, metrics)
-        name = picture_of(store, runs=[runs] if runs in ENDS else chosen, metric=metrics)
-        path = draw(results, into or name, runs=chosen)
-    _wrote(results, path)
-    return 0
-
-
-#: Runs by what they are.
-ENDS = ("best", "worst")
-
-
-def _runs(results: Results, text: str, metrics: Sequence[str]) -> list[int]:
-    """Runs from "0,5,17", "best" or "worst" (of the metric that is given, or else of the first)."""
-    if text in ENDS:
-        if len(metrics) > 1:
-            raise ValueError(f"--runs {text}: of which metric? there are {len(metrics)}; give one")
-        metric = metrics[0] if metrics else results.metrics[0] if results.metrics else None
-        if metric is not None and metric not in results.metrics:
-            raise ValueError(f"--metric: {unknown('metric', metric, results.metrics)}")
-        order = results.best_first(metric) if metric is not None else ()
-        if not len(order):
-            raise StoreError(f"--runs {text}: there is no metric of a finished run")
-        return [int(order[0 if text == "best" else -1])]
-    parts = [part.strip() for part in text.split(",")]
-    if not all(part.isdecimal() and len(part) < 19 for part in parts):
-        raise StoreError(f"--runs {text!r}: expected numbers of runs such as 0,5,17, or best, or worst")
-    if metrics:
-        raise ValueError("--metric: trajectories of numbered --runs show no metric; leave one of the two out")
-    return sorted({int(part) for part in parts})
-
-
-def write_export(store: Path, to: Path) -> int:
-    """Export the rows of a store."""
-    results = Results(store)
-    _wrote(results, export(results, to))
-    return 0
-
-
-def _wrote(results: Results, path: Path) -> None:
-    said = f"wrote {path}" + (f", {results.partial}" if results.partial else "")
-    Console(markup=False, emoji=False).print(said, highlight=False, soft_wrap=True)

@@ -9,8 +9,8 @@ Verner's own table, and with it the conditions of order 6 hold. Stages are count
 
 import numpy as np
 
-from qddot.runner.explicit.tableau import ButcherTableau
-from qddot.runner.explicit.tableau_adaptive import EmbeddedPair, sparse
+from qddot.runner.tableaux.butcher import ButcherTableau
+from qddot.runner.tableaux.embedded import EmbeddedPair, sparse
 
 STAGES, ALL_STAGES = 10, 16
 
@@ -274,4 +274,4 @@ _DENSE = ButcherTableau(
     citation=_CITATION,
 )
 
-VERN7 = EmbeddedPair(tableau=_STEP, dense=_DENSE, error_order=7, controller="pi")
+METHOD = EmbeddedPair(tableau=_STEP, dense=_DENSE, error_order=7, controller="pi")

@@ -1,0 +1,37 @@
+"""What an integration method is to those who run it: its record."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.tableaux.butcher import ButcherTableau
+from qddot.runner.tableaux.embedded import EmbeddedPair
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """One integration method. integrate(problem, method, options) -> Trajectory runs it.
+
+    family: "fixed", "adaptive", "stiff" or "exact" (order 0: no error but rounding). stages: of one step, 0 for
+    multistep methods. tableau: of explicit Runge-Kutta methods, None for others. pair: of adaptive ones, the tableau
+    with error estimate and dense output. find: gives it by its name, which is all that is pickled of a method that has
+    one.
+    """
+
+    name: str
+    family: str
+    order: int
+    stages: int
+    adaptive: bool
+    stiff: bool
+    citation: str
+    integrate: Callable[[Problem, "Method", Options], Trajectory]
+    tableau: ButcherTableau | None = None
+    pair: EmbeddedPair | None = None
+    find: Callable[[str], "Method"] | None = None
+
+    def __reduce__(self) -> Any:
+        """A method of the table is pickled by its name."""
+        return (self.find, (self.name,)) if self.find is not None else super().__reduce__()
