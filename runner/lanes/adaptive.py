@@ -14,7 +14,8 @@ from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.lanes.attempts import begin
 from qddot.runner.lanes.inputs import look_up_stage
 from qddot.runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
-from qddot.runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SAMPLE, TARGET, H, control_rows
+from qddot.runner.lanes.lane import control_of
+from qddot.runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, H
 from qddot.runner.lanes.restart import CONTROL_TYPE, call_restart
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.samples import PAIR_TYPE, sample_within
@@ -41,18 +42,19 @@ def evaluate_stage(batch, pack, pair, i, look, where):
 @compiled(**LEAN)
 def sampled_within(pack):
     """How many lanes have a sample strictly within the step they just made."""
-    rows, found = control_rows(pack), 0
+    found = 0
     for lane in range(LANES):
-        found += rows[GOOD * LANES + lane] > 0.0 and rows[SAMPLE * LANES + lane] < rows[TARGET * LANES + lane]
+        its = control_of(pack, lane)
+        found += its.good > 0.0 and its.sample < its.target
     return found
 
 
 @compiled(**LEAN)
 def stuck_lanes(pack):
     """The lanes whose step cannot be made smaller, as bits."""
-    rows, found = control_rows(pack), 0
+    found = 0
     for lane in range(LANES):
-        found |= (rows[GOOD * LANES + lane] < 0.0) << lane
+        found |= (control_of(pack, lane).good < 0.0) << lane
     return found
 
 

@@ -4,20 +4,8 @@ import numpy as np
 
 from qddot.runner.explicit.controller import MATLAB
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.lanes.pack import (
-    ACTIVE,
-    FAILED,
-    FAILURES,
-    FRESH,
-    LANES,
-    LONGEST,
-    NEXT,
-    SAMPLE,
-    STEPS,
-    STOP,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of
+from qddot.runner.lanes.pack import LANES
 from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers
@@ -26,12 +14,12 @@ from qddot.runner.machine.memory import LEAN, floats, integers
 @compiled(**LEAN)
 def plan(batch, pack, lane):
     """The next stop of a lane after its present time, and its next sample, those at present being written."""
-    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
-    t, t1 = control[T * LANES + lane], floats(batch.t1, batch.runs)[run]
+    its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
+    t, t1 = its.t, floats(batch.t1, batch.runs)[run]
     stop = next_break(batch, pack, lane, t)
-    control[STOP * LANES + lane] = stop if t1 - stop > rounding(stop) else t1
+    its.stop = stop if t1 - stop > rounding(stop) else t1
     j = integers(pack.sample, LANES)[lane]
-    control[SAMPLE * LANES + lane] = sample_time(batch, run, j) if j < batch.n_samples else np.inf
+    its.sample = sample_time(batch, run, j) if j < batch.n_samples else np.inf
 
 
 @compiled(**LEAN)
@@ -39,21 +27,20 @@ def begin(batch, pack, longest_step, lane):
     """Give a lane its next run; False where there is none."""
     if not take_run(batch, pack, lane):
         return False
-    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
-    for row in (STEPS, FAILED, FAILURES):
-        control[row * LANES + lane] = 0.0
+    its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
+    its.steps = its.failed = its.failures = 0.0
     span = floats(batch.t1, batch.runs)[run] - floats(batch.t0, batch.runs)[run]
-    control[LONGEST * LANES + lane] = batch.max_step if batch.max_step > 0.0 else longest_step * span
-    control[NEXT * LANES + lane] = np.inf
-    control[ACTIVE * LANES + lane] = control[FRESH * LANES + lane] = 1.0
+    its.longest = batch.max_step if batch.max_step > 0.0 else longest_step * span
+    its.next = np.inf
+    its.active = its.fresh = 1.0
     return True
 
 
 @compiled(**LEAN)
 def finish(batch, pack, pair, lane, status):
     """Write the results of a lane's run, whose states are those now."""
-    control = control_rows(pack)
-    steps, failed = np.int64(control[STEPS * LANES + lane]), np.int64(control[FAILED * LANES + lane])
+    its = control_of(pack, lane)
+    steps, failed = np.int64(its.steps), np.int64(its.failed)
     ends_with_next = pair.next_slope < pair.stages
     integers(pack.steps, LANES)[lane], integers(pack.failed_attempts, LANES)[lane] = steps, failed
     integers(pack.evaluations, LANES)[lane] += (steps + failed) * (pair.stages - 1) + (0 if ends_with_next else steps)

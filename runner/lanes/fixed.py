@@ -13,7 +13,8 @@ from numba import types
 from qddot.runner import abi
 from qddot.runner.lanes.inputs import look_up_stage
 from qddot.runner.lanes.landing import begin, call_land, plan_all_closely, set_out
-from qddot.runner.lanes.pack import AT, ATTENTION, BATCH_TYPE, LANES, PACK_TYPE, SIZE, START, STEP, TARGET, H, K, T
+from qddot.runner.lanes.lane import lane_of
+from qddot.runner.lanes.pack import AT, BATCH_TYPE, LANES, PACK_TYPE, SIZE, H
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import combine, sum_of_squares
@@ -31,10 +32,11 @@ def plan_steps(control):
     """Let every lane step to its next grid point; returns how many want a closer look."""
     found = 0
     for lane in range(LANES):
-        target = control[START * LANES + lane] + (control[K * LANES + lane] + 1.0) * control[STEP * LANES + lane]
-        control[TARGET * LANES + lane] = target
-        control[H * LANES + lane] = target - control[T * LANES + lane]
-        found += target >= control[ATTENTION * LANES + lane]
+        its = lane_of(control, lane)
+        target = its.start + (its.k + 1.0) * its.step
+        its.target = target
+        its.h = target - its.t
+        found += target >= its.attention
     return found
 
 
@@ -43,9 +45,10 @@ def end_steps(control, limit):
     """Make the ends of the steps the present; returns how many lanes may have left the bounds."""
     found = 0
     for lane in range(LANES):
-        control[T * LANES + lane] = control[TARGET * LANES + lane]
-        control[K * LANES + lane] += 1.0
-        found += not control[SIZE * LANES + lane] <= limit
+        its = lane_of(control, lane)
+        its.t = its.target
+        its.k += 1.0
+        found += not its.size <= limit
     return found
 
 

@@ -7,30 +7,8 @@ from numba import types
 from qddot.runner import abi
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.instants import SIDE as INSIDE
-from qddot.runner.lanes.pack import (
-    AT,
-    BATCH_TYPE,
-    BEGIN,
-    C0,
-    C1,
-    C2,
-    C3,
-    COSINE_PART,
-    FREQUENCY,
-    HIGH,
-    INPUT_ROWS,
-    LANES,
-    LOW,
-    OFFSET,
-    PACK_TYPE,
-    RATE,
-    SIDE,
-    SINE_PART,
-    ZERO,
-    H,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import channel_of, control_of, lane_of
+from qddot.runner.lanes.pack import AT, BATCH_TYPE, INPUT_ROWS, LANES, PACK_TYPE
 from qddot.runner.lanes.pieces import CUBIC, SINE, TABLE, classify, take_pieces
 from qddot.runner.lanes.tables import read_tables
 from qddot.runner.lanes.values import ROW
@@ -43,38 +21,39 @@ from qddot.runner.machine.pointers import caller
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))
-def cubic_values(times, channel, u):
+def cubic_values(times, rows, u):
     """Values of a channel's cubics at the lanes' times."""
     for lane in range(LANES):
-        s = channel[RATE * LANES + lane] * times[lane] + channel[OFFSET * LANES + lane] - channel[BEGIN * LANES + lane]
-        u[lane] = channel[C0 * LANES + lane] + s * (
-            channel[C1 * LANES + lane] + s * (channel[C2 * LANES + lane] + s * channel[C3 * LANES + lane])
-        )
+        channel = channel_of(rows, lane)
+        s = channel.rate * times[lane] + channel.offset - channel.begin
+        u[lane] = channel.c0 + s * (channel.c1 + s * (channel.c2 + s * channel.c3))
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def turn(control, channel, sine, cosine):
+def turn(control, rows, sine, cosine):
     """Sine and cosine of a channel's frequency times the time: all channels of one frequency make do with them."""
     for lane in range(LANES):
-        since = control[AT * LANES + lane] - control[ZERO * LANES + lane]
-        angle = channel[FREQUENCY * LANES + lane] * since
+        its = lane_of(control, lane)
+        angle = channel_of(rows, lane).frequency * (its.at - its.zero)
         sine[lane] = sin(angle)
         cosine[lane] = cos(angle)
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def sine_values(channel, sine, cosine, u):
+def sine_values(rows, sine, cosine, u):
     """Values of a channel's sines, its cubics being constant."""
     for lane in range(LANES):
-        wave = channel[SINE_PART * LANES + lane] * sine[lane] + channel[COSINE_PART * LANES + lane] * cosine[lane]
-        u[lane] = channel[C0 * LANES + lane] + wave
+        channel = channel_of(rows, lane)
+        wave = channel.sine_part * sine[lane] + channel.cosine_part * cosine[lane]
+        u[lane] = channel.c0 + wave
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def add_sines(channel, sine, cosine, u):
+def add_sines(rows, sine, cosine, u):
     """Add the values of a channel's sines."""
     for lane in range(LANES):
-        wave = channel[SINE_PART * LANES + lane] * sine[lane] + channel[COSINE_PART * LANES + lane] * cosine[lane]
+        channel = channel_of(rows, lane)
+        wave = channel.sine_part * sine[lane] + channel.cosine_part * cosine[lane]
         u[lane] = u[lane] + wave
 
 
@@ -82,8 +61,9 @@ def add_sines(channel, sine, cosine, u):
 def set_times(control, c):
     """Times of a stage: AT the stage's own, SIDE strictly inside the step, as `side_of` says."""
     for lane in range(LANES):
-        t, h = control[T * LANES + lane], control[H * LANES + lane]
-        control[AT * LANES + lane] = t + c * h
+        its = lane_of(control, lane)
+        t, h = its.t, its.h
+        its.at = t + c * h
         near, half = INSET * abs(t), 0.5 * h
         inset = INSIDE * h
         inset = inset if inset > near else near
@@ -91,7 +71,7 @@ def set_times(control, c):
         inside = c * h
         inside = inside if inside > inset else inset
         inside = inside if inside < h - inset else h - inset
-        control[SIDE * LANES + lane] = t + inside
+        its.side = t + inside
 
 
 @lane_loop(types.int64(abi.POINTER))
@@ -99,18 +79,20 @@ def outside(control):
     """How many lanes look their inputs up outside the pieces at hand."""
     found = 0
     for lane in range(LANES):
-        side = control[SIDE * LANES + lane]
-        found += (side < control[LOW * LANES + lane]) | (side >= control[HIGH * LANES + lane])
+        its = lane_of(control, lane)
+        side = its.side
+        found += (side < its.low) | (side >= its.high)
     return found
 
 
 @compiled(**LEAN)
 def exchange(batch, pack):
     """Exchange the pieces of the lanes whose time SIDE is outside of them."""
-    control, run, changed = control_rows(pack), integers(pack.run, LANES), False
+    run, changed = integers(pack.run, LANES), False
     for lane in range(LANES):
-        side = control[SIDE * LANES + lane]
-        inside = side >= control[LOW * LANES + lane] and side < control[HIGH * LANES + lane]
+        its = control_of(pack, lane)
+        side = its.side
+        inside = side >= its.low and side < its.high
         if run[lane] >= 0 and not inside:
             changed = take_pieces(batch, pack, lane) or changed
     if changed:
@@ -128,19 +110,19 @@ def read_inputs(batch, pack, whole):
     kind, leader = integers(pack.kind, batch.n_watched), integers(pack.leader, batch.n_watched)
     times = doubles(pack.control + ROW * AT)
     for i in range(batch.n_watched if whole else batch.n_inputs):
-        channel, u = doubles(pack.inputs + ROW * INPUT_ROWS * i), doubles(pack.u + ROW * i)
+        rows, u = doubles(pack.inputs + ROW * INPUT_ROWS * i), doubles(pack.u + ROW * i)
         if kind[i] == TABLE:
             continue
         if kind[i] & CUBIC:
-            cubic_values(times, channel, u)
+            cubic_values(times, rows, u)
         if kind[i] & SINE:
             waves = pack.turns + 2 * ROW * leader[i]
             if leader[i] == i:
-                turn(doubles(pack.control), channel, doubles(waves), doubles(waves + ROW))
+                turn(doubles(pack.control), rows, doubles(waves), doubles(waves + ROW))
             if kind[i] & CUBIC:
-                add_sines(channel, doubles(waves), doubles(waves + ROW), u)
+                add_sines(rows, doubles(waves), doubles(waves + ROW), u)
             else:
-                sine_values(channel, doubles(waves), doubles(waves + ROW), u)
+                sine_values(rows, doubles(waves), doubles(waves + ROW), u)
     if whole:
         read_tables(batch, pack, batch.all_even, batch.all_guided)
     else:

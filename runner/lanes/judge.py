@@ -6,28 +6,8 @@ from numba import types
 
 from qddot.runner import abi
 from qddot.runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
-from qddot.runner.lanes.pack import (
-    ACTIVE,
-    ERROR,
-    ERROR_2,
-    FAILED,
-    FAILURES,
-    GOOD,
-    LANDS,
-    LANES,
-    LAST_ERROR,
-    LEAST,
-    LONGEST,
-    NEXT,
-    PROPOSED,
-    SAMPLE,
-    STEPS,
-    STOP,
-    TARGET,
-    TRIED,
-    H,
-    T,
-)
+from qddot.runner.lanes.lane import lane_of
+from qddot.runner.lanes.pack import LANES
 from qddot.runner.machine.elementary import exp, log
 from qddot.runner.machine.lane_loop import lane_loop
 
@@ -39,33 +19,35 @@ SIXTEEN_SPACINGS = 16.0 * 2.0**-52
 def propose_steps(control, stretch):
     """Every lane's next attempt: of the size that control wants, or to the next stop where that is near."""
     for lane in range(LANES):
-        t = control[T * LANES + lane]
+        its = lane_of(control, lane)
+        t = its.t
         least = SIXTEEN_SPACINGS * abs(t)
-        proposed = control[NEXT * LANES + lane]
+        proposed = its.next
         proposed = proposed if proposed > least else least
-        longest = control[LONGEST * LANES + lane]
+        longest = its.longest
         proposed = proposed if proposed < longest else longest
-        first = control[FAILURES * LANES + lane] == 0.0
-        size = proposed if first else control[TRIED * LANES + lane]
-        stop = control[STOP * LANES + lane]
+        first = its.failures == 0.0
+        size = proposed if first else its.tried
+        stop = its.stop
         lands = stretch * size >= stop - t
-        control[LEAST * LANES + lane] = least
-        control[PROPOSED * LANES + lane] = proposed if first else control[PROPOSED * LANES + lane]
-        control[TRIED * LANES + lane] = size
-        control[LANDS * LANES + lane] = 1.0 if lands else 0.0
-        control[H * LANES + lane] = (stop if lands else t + size) - t
+        its.least = least
+        its.proposed = proposed if first else its.proposed
+        its.tried = size
+        its.lands = 1.0 if lands else 0.0
+        its.h = (stop if lands else t + size) - t
 
 
 @lane_loop(types.void(abi.POINTER, types.int64, types.int64, types.float64))
 def size_errors(control, kind, estimates, n):
     """ERROR: how large every lane's error is, from the sizes of its estimates; a good step's is at most 1."""
     for lane in range(LANES):
-        error = control[ERROR * LANES + lane]
+        its = lane_of(control, lane)
+        error = its.error
         error = error if kind == MATLAB else math.sqrt(error / n)
-        length = math.sqrt(error * error + 0.01 * (control[ERROR_2 * LANES + lane] / n))
+        length = math.sqrt(error * error + 0.01 * (its.error_2 / n))
         both = error * (error / (1.0 if length == 0.0 else length))
         both = both if error < math.inf else error
-        control[ERROR * LANES + lane] = both if estimates > 1 else error
+        its.error = both if estimates > 1 else error
 
 
 @lane_loop(types.int64(abi.POINTER, types.int64, *[types.float64] * 5))
@@ -76,12 +58,13 @@ def judge_steps(control, kind, order, beta, safety, least_factor, most):
     """
     found = 0
     for lane in range(LANES):
-        error, active = control[ERROR * LANES + lane], control[ACTIVE * LANES + lane] > 0.0
+        its = lane_of(control, lane)
+        error, active = its.error, its.active > 0.0
         good = active & (error <= 1.0)
         power = exp((0.75 * beta - 1.0 / order) * log(error if error > 1e-30 else 1e-30))
-        last = control[LAST_ERROR * LANES + lane]
+        last = its.last_error
         last = last if last > LEAST_LAST_ERROR else LEAST_LAST_ERROR
-        failures = control[FAILURES * LANES + lane]
+        failures = its.failures
         greatest = 1.0 if failures > 0.0 else most
         factor = safety * power * exp(beta * log(last))
         factor = factor if factor < greatest else greatest
@@ -90,24 +73,24 @@ def judge_steps(control, kind, order, beta, safety, least_factor, most):
         down = safety * power
         down = down if down > least_factor else least_factor
         down = 0.5 if (failures > 0.0) & (kind == MATLAB) else down
-        h, least = control[H * LANES + lane], control[LEAST * LANES + lane]
-        proposed, tried = control[PROPOSED * LANES + lane], control[TRIED * LANES + lane]
-        lands = control[LANDS * LANES + lane] > 0.0
+        h, least = its.h, its.least
+        proposed, tried = its.proposed, its.tried
+        lands = its.lands > 0.0
         larger = h * factor
         larger = proposed if lands & (failures == 0.0) & (larger < proposed) else larger
         smaller = h * down
         smaller = smaller if smaller > least else least
         stuck = active & (not good) & ((tried <= least) | (h <= least))
-        target = control[STOP * LANES + lane] if lands else control[T * LANES + lane] + h
-        control[NEXT * LANES + lane] = larger if good else control[NEXT * LANES + lane]
-        control[TRIED * LANES + lane] = tried if good else smaller
-        control[FAILURES * LANES + lane] = 0.0 if good else failures + 1.0
-        control[LAST_ERROR * LANES + lane] = error if good else control[LAST_ERROR * LANES + lane]
-        control[STEPS * LANES + lane] += 1.0 if good else 0.0
-        control[FAILED * LANES + lane] += 1.0 if active & (not good) else 0.0
-        control[GOOD * LANES + lane] = 1.0 if good else (-1.0 if stuck else 0.0)
-        control[TARGET * LANES + lane] = target
-        found += stuck | (good & (lands | (control[SAMPLE * LANES + lane] <= target)))
+        target = its.stop if lands else its.t + h
+        its.next = larger if good else its.next
+        its.tried = tried if good else smaller
+        its.failures = 0.0 if good else failures + 1.0
+        its.last_error = error if good else its.last_error
+        its.steps += 1.0 if good else 0.0
+        its.failed += 1.0 if active & (not good) else 0.0
+        its.good = 1.0 if good else (-1.0 if stuck else 0.0)
+        its.target = target
+        found += stuck | (good & (lands | (its.sample <= target)))
     return found
 
 
@@ -115,6 +98,7 @@ def judge_steps(control, kind, order, beta, safety, least_factor, most):
 def end_steps(control):
     """The end of an accepted step is the present."""
     for lane in range(LANES):
-        good = control[GOOD * LANES + lane] > 0.0
-        control[T * LANES + lane] = control[TARGET * LANES + lane] if good else control[T * LANES + lane]
-        control[GOOD * LANES + lane] = 1.0 if good else 0.0
+        its = lane_of(control, lane)
+        good = its.good > 0.0
+        its.t = its.target if good else its.t
+        its.good = 1.0 if good else 0.0

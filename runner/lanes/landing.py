@@ -7,21 +7,8 @@ from numba import types
 
 from qddot.runner.explicit.march import steps_of
 from qddot.runner.inputs.instants import ROUNDING, rounding
-from qddot.runner.lanes.pack import (
-    ATTENTION,
-    BATCH_TYPE,
-    BREAK,
-    LANES,
-    PACK_TYPE,
-    START,
-    STEP,
-    STOP,
-    TARGET,
-    H,
-    K,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of
+from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
 from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
 from qddot.runner.lanes.samples import write_samples
 from qddot.runner.machine.compiled import compiled
@@ -38,37 +25,37 @@ GRID, AT_STOP, END, NEW = 1, 2, 4, 8
 @compiled(**LEAN)
 def plan_stop(batch, pack, lane, t):
     """STOP: the next breakpoint or sample after t; ATTENTION: from when on the lane wants a closer look."""
-    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
     t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
     sample = np.inf
     if integers(pack.sample, LANES)[lane] < batch.n_samples:
         sample = sample_time(batch, run, integers(pack.sample, LANES)[lane])
-    if control[BREAK * LANES + lane] - t <= rounding(t):
-        control[BREAK * LANES + lane] = next_break(batch, pack, lane, t)
-    stop = control[BREAK * LANES + lane]
+    if its.breakpoint - t <= rounding(t):
+        its.breakpoint = next_break(batch, pack, lane, t)
+    stop = its.breakpoint
     if stop < np.inf:
         grid = t0 + np.round((stop - t0) / step) * step
         stop = stop if abs(stop - grid) > rounding(stop) else grid
     stop = sample if sample < np.inf and sample - stop <= rounding(sample) else stop
     stop = stop if t1 - stop > rounding(stop) else np.inf
-    control[STOP * LANES + lane] = stop
+    its.stop = stop
     before = stop - rounding(stop) if stop < np.inf else stop
-    control[ATTENTION * LANES + lane] = min(before, t0 + (steps_of(t0, t1, step) - 0.5) * step)
+    its.attention = min(before, t0 + (steps_of(t0, t1, step) - 0.5) * step)
 
 
 @compiled(**LEAN)
 def plan_closely(batch, pack, lane):
     """Let a lane step to what comes first: grid point, breakpoint, sample, end."""
-    control, run = control_rows(pack), integers(pack.run, LANES)[lane]
+    its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
     t0, t1, step = floats(batch.t0, batch.runs)[run], floats(batch.t1, batch.runs)[run], batch.step
-    k = control[K * LANES + lane]
+    k = its.k
     last = k + 1.0 >= steps_of(t0, t1, step)
     grid = t1 if last else t0 + (k + 1.0) * step
-    stop = control[STOP * LANES + lane]
+    stop = its.stop
     at_stop = stop <= grid + rounding(grid)
     target = stop if at_stop else grid
-    control[TARGET * LANES + lane] = target
-    control[H * LANES + lane] = target - control[T * LANES + lane]
+    its.target = target
+    its.h = target - its.t
     at_grid = not at_stop or target >= grid - rounding(target)
     integers(pack.landing, LANES)[lane] = GRID * at_grid + AT_STOP * at_stop + END * (last and not at_stop)
 
@@ -76,9 +63,9 @@ def plan_closely(batch, pack, lane):
 @compiled(**LEAN)
 def plan_all_closely(batch, pack):
     """Plan the steps of the lanes that come to a breakpoint, a sample or their end."""
-    control = control_rows(pack)
     for lane in range(LANES):
-        if control[TARGET * LANES + lane] >= control[ATTENTION * LANES + lane]:
+        its = control_of(pack, lane)
+        if its.target >= its.attention:
             plan_closely(batch, pack, lane)
 
 
@@ -87,9 +74,9 @@ def begin(batch, pack, lane):
     """Give a lane its next run, from the first grid point on, where there is one."""
     integers(pack.landing, LANES)[lane] = 0
     if take_run(batch, pack, lane):
-        control, run = control_rows(pack), integers(pack.run, LANES)[lane]
-        control[START * LANES + lane], control[K * LANES + lane] = floats(batch.t0, batch.runs)[run], 0.0
-        control[STEP * LANES + lane], control[BREAK * LANES + lane] = batch.step, -np.inf
+        its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
+        its.start, its.k = floats(batch.t0, batch.runs)[run], 0.0
+        its.step, its.breakpoint = batch.step, -np.inf
         integers(pack.steps, LANES)[lane] = pack.taken
         integers(pack.landing, LANES)[lane] = NEW
     pack.fresh = 1
@@ -98,8 +85,7 @@ def begin(batch, pack, lane):
 @compiled(**LEAN)
 def set_out(batch, pack):
     """Write the first samples of lanes that have a new run, and plan the next stop of all that landed."""
-    control, landing = control_rows(pack), integers(pack.landing, LANES)
-    found = 0
+    landing, found = integers(pack.landing, LANES), 0
     for lane in range(LANES):
         found |= landing[lane]
     if found & NEW:
@@ -107,7 +93,7 @@ def set_out(batch, pack):
     for lane in range(LANES):
         if landing[lane] != 0:
             landing[lane] = 0
-            plan_stop(batch, pack, lane, control[T * LANES + lane])
+            plan_stop(batch, pack, lane, control_of(pack, lane).t)
 
 
 @compiled(**LEAN)
@@ -146,7 +132,7 @@ def drop_diverged(batch, pack, stages):
         run = integers(pack.run, LANES)[lane]
         state = state_that_left(batch, pack, lane, stages) if run >= 0 else -1
         if state >= 0:
-            floats(batch.failed_at, batch.runs)[run] = control_rows(pack)[T * LANES + lane]
+            floats(batch.failed_at, batch.runs)[run] = control_of(pack, lane).t
             integers(batch.failed_state, batch.runs)[run] = state
             leave_counted(batch, pack, lane, NON_FINITE, stages)
             begin(batch, pack, lane)
@@ -157,12 +143,12 @@ def land(batch, pack, stages, diverged):
     """After a step: lanes that diverged or came to a breakpoint, a sample or their end are served."""
     if diverged > 0:
         drop_diverged(batch, pack, stages)
-    control, landings = control_rows(pack), integers(pack.landing, LANES)
+    landings = integers(pack.landing, LANES)
     write_samples(batch, pack, ROUNDING)
     for lane in range(LANES):
         landing = landings[lane]
         if landing != 0 and landing & (GRID | NEW) == 0:
-            control[K * LANES + lane] -= 1.0
+            control_of(pack, lane).k -= 1.0
         if landing & END:
             leave_counted(batch, pack, lane, FINISHED, stages)
             begin(batch, pack, lane)

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.explicit.workspace import MOST_STAGES
-from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import VIEW, address, floats, layout, record
+from qddot.runner.machine.memory import address, layout, record
 
 LANES = abi.LANES
 
@@ -41,37 +40,37 @@ PACK = layout(
     "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader taken fresh"
 )
 
-#: Rows of `control`, one number a lane. T: time of the state; H: length of the step; AT: time of a stage; SIDE: where
-#: its inputs are looked up; LOW, HIGH: from when to when the present pieces of all inputs hold; ZERO: from when their
-#: sines count the time; TARGET: where the step
-#: ends. Fixed steps: START, K, STEP: the grid START + K*STEP; ATTENTION: a grid point beyond it wants a closer look;
-#: SIZE: sum of squares of the states; BREAK: the next breakpoint; STOP: that or the next sample. Adaptive steps:
-#: ACTIVE: 1 where there is a run; STOP: the next breakpoint or the end; SAMPLE: time of the next sample; NEXT, LEAST:
-#: size of the next step, and the least that advances the time; PROPOSED: what the step was to be at first; TRIED: what
-#: is tried; LANDS: 1 where it ends at STOP; FAILURES in a row; ERROR, ERROR_2: of the step; LAST_ERROR; GOOD: 1 where
-#: the step is accepted; FRESH: 1 where the slope is to be taken anew; STEPS, FAILED: counts; LONGEST: step; THETA:
-#: where in its step, 0 to 1, dense output is wanted.
-(T, H, AT, SIDE, LOW, HIGH, TARGET, START, K, STEP, ATTENTION, SIZE) = range(12)
-(ACTIVE, STOP, SAMPLE, NEXT, LEAST, PROPOSED, TRIED, LANDS, FAILURES, ERROR, ERROR_2, LAST_ERROR) = range(12, 24)
-(GOOD, FRESH, STEPS, FAILED, LONGEST, THETA, BREAK, ZERO) = range(24, 32)
-CONTROL_ROWS = 32
+#: Rows of `control`, one number a lane, which a lane reads by name (see `lane`). t: time of the state; h: length of the
+#: step; at: time of a stage; side: where its inputs are looked up; low, high: from when to when the present pieces of
+#: all inputs hold; zero: from when their sines count the time; target: where the step ends. Fixed steps: start, k,
+#: step: the grid start + k*step; attention: a grid point beyond it wants a closer look; size: sum of squares of the
+#: states; breakpoint: the next one; stop: that or the next sample. Adaptive steps: active: 1 where there is a run; stop: the
+#: next breakpoint or the end; sample: time of the next sample; next, least: size of the next step, and the least that
+#: advances the time; proposed: what the step was to be at first; tried: what is tried; lands: 1 where it ends at the
+#: stop; failures in a row; error, error_2: of the step; last_error; good: 1 where the step is accepted; fresh: 1 where
+#: the slope is to be taken anew; steps, failed: counts; longest: step; theta: where in its step, 0 to 1, dense output
+#: is wanted.
+_CONTROL = """
+    t h at side low high target start k step attention size
+    active stop sample next least proposed tried lands failures error error_2 last_error
+    good fresh steps failed longest theta breakpoint zero
+"""
+CONTROL_NAMES = _CONTROL.split()
+#: Rows that are handed over whole.
+AT, H, SIZE, ERROR, GOOD, FRESH = map(CONTROL_NAMES.index, ("at", "h", "size", "error", "good", "fresh"))
 
-#: Rows of each input channel: value(t) = C0 + s*(C1 + s*(C2 + s*C3)) + SINE_PART*sin(angle) +
-#: COSINE_PART*cos(angle), where angle = FREQUENCY*(t - ZERO) and s = RATE*t + OFFSET - BEGIN.
-RATE, OFFSET, BEGIN, C0, C1, C2, C3, FREQUENCY, SINE_PART, COSINE_PART = range(10)
-INPUT_ROWS = 10
-#: Rows of a channel that computes its piece (see `tables`). BEGIN: the start of the second piece; PER_LENGTH, LENGTH:
-#: of a piece, or bucket of the guide; BUCKETS: one more than there are; FIRST: piece, or entry of the guide; LAST: the
-#: last piece in bytes; PLACE: the piece in bytes, an int64; SINCE: the argument less the piece's start.
-PER_LENGTH, LENGTH, BUCKETS, FIRST, LAST, PLACE, SINCE = range(3, 10)
+#: Rows of each input channel: value(t) = c0 + s*(c1 + s*(c2 + s*c3)) + sine_part*sin(angle) +
+#: cosine_part*cos(angle), where angle = frequency*(t - zero) and s = rate*t + offset - begin.
+_WAVE = "rate offset begin c0 c1 c2 c3 frequency sine_part cosine_part"
+INPUT_ROWS = len(_WAVE.split())
+#: Rows of a channel that computes its piece (see `tables`). begin: the start of the second piece; per_length, length:
+#: of a piece, or bucket of the guide; buckets: one more than there are; first: piece, or entry of the guide; last: the
+#: last piece in bytes; place: the piece in bytes, an int64; since: the argument less the piece's start.
+_TABLE = "rate offset begin per_length length buckets first last place since"
+#: What a row of a channel is called -> its place.
+CHANNEL_ROWS = {name: row for names in (_WAVE, _TABLE) for row, name in enumerate(names.split())}
 
 BATCH_TYPE, PACK_TYPE = typeof(record(BATCH)), typeof(record(PACK))
-
-
-@compiled(**VIEW)
-def control_rows(pack):
-    """All rows of `control` as one array: [ROW * LANES + lane]."""
-    return floats(pack.control, CONTROL_ROWS * LANES)
 
 
 def rows(count: int) -> NDArray[np.float64]:
@@ -90,7 +89,7 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
         "slopes": rows(slopes * n),
         "u": rows(channels),
         "c": rows(int(batch["n_constants"])),
-        "control": rows(CONTROL_ROWS),
+        "control": rows(len(CONTROL_NAMES)),
         "inputs": rows(INPUT_ROWS * channels),
         "turns": rows(2 * channels),
         "weights": rows(MOST_STAGES),

@@ -5,30 +5,14 @@ import numpy as np
 from qddot.runner.inputs import piece
 from qddot.runner.inputs.piece import COLUMNS, differentiated, holds_from, holds_to, piece_at
 from qddot.runner.inputs.sine import FAR
-from qddot.runner.lanes.pack import (
-    BEGIN,
-    C0,
-    C1,
-    C2,
-    C3,
-    COSINE_PART,
-    FREQUENCY,
-    HIGH,
-    INPUT_ROWS,
-    LANES,
-    LOW,
-    OFFSET,
-    RATE,
-    SIDE,
-    SINE_PART,
-    ZERO,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of, input_of
+from qddot.runner.lanes.pack import CHANNEL_ROWS, INPUT_ROWS, LANES
 from qddot.runner.lanes.tables import take_table
 from qddot.runner.lanes.values import ROW
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers
 
+FREQUENCY = CHANNEL_ROWS["frequency"]
 #: Kinds of a channel: what its lanes together need. As np.int64, because numba compiles a function again for every
 #: literal int that it is called with.
 STEADY, CUBIC, SINE, CUBIC_AND_SINE, TABLE = np.arange(5)
@@ -40,17 +24,17 @@ def take_coefficients(pack, lane, i, p, rate, offset, order, zero):
 
     Returns whether the frequency is new.
     """
-    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    channel = input_of(pack, i, lane)
     c0, c1, c2, c3, amplitude, phase = differentiated(p, order, rate)
-    row[BEGIN * LANES + lane] = p[piece.START]
-    row[C0 * LANES + lane], row[C1 * LANES + lane] = c0, c1
-    row[C2 * LANES + lane], row[C3 * LANES + lane] = c2, c3
+    channel.begin = p[piece.START]
+    channel.c0, channel.c1 = c0, c1
+    channel.c2, channel.c3 = c2, c3
     floats(pack.u, 1)[i * LANES + lane] = c0
     phase += p[piece.FREQUENCY] * (rate * zero + offset - p[piece.START])
-    before, frequency = row[FREQUENCY * LANES + lane], rate * p[piece.FREQUENCY]
-    row[SINE_PART * LANES + lane] = amplitude * np.cos(phase) if amplitude != 0.0 else 0.0
-    row[COSINE_PART * LANES + lane] = amplitude * np.sin(phase) if amplitude != 0.0 else 0.0
-    row[FREQUENCY * LANES + lane] = frequency
+    before, frequency = channel.frequency, rate * p[piece.FREQUENCY]
+    channel.sine_part = amplitude * np.cos(phase) if amplitude != 0.0 else 0.0
+    channel.cosine_part = amplitude * np.sin(phase) if amplitude != 0.0 else 0.0
+    channel.frequency = frequency
     return before != frequency
 
 
@@ -64,8 +48,8 @@ def take_piece(batch, pack, lane, i, side):
     where, cursor = run * batch.channels + i, lane * batch.channels + i
     table, order = integers(batch.table, 1)[where], integers(batch.order, 1)[i]
     rate, offset = floats(batch.rate, 1)[where], floats(batch.offset, 1)[where]
-    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-    row[RATE * LANES + lane], row[OFFSET * LANES + lane] = rate, offset
+    channel = input_of(pack, i, lane)
+    channel.rate, channel.offset = rate, offset
     if integers(batch.way, 1)[i]:
         take_table(batch, pack, lane, i, table)
         return -np.inf, np.inf, integers(pack.kind, 1)[i] != TABLE
@@ -84,22 +68,22 @@ def take_piece(batch, pack, lane, i, side):
 @compiled(**LEAN)
 def kind_of(pack, lane, i):
     """What the piece of a lane needs."""
-    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
-    moves = row[C1 * LANES + lane] != 0.0 or row[C2 * LANES + lane] != 0.0 or row[C3 * LANES + lane] != 0.0
-    waves = row[SINE_PART * LANES + lane] != 0.0 or row[COSINE_PART * LANES + lane] != 0.0
+    channel = input_of(pack, i, lane)
+    moves = channel.c1 != 0.0 or channel.c2 != 0.0 or channel.c3 != 0.0
+    waves = channel.sine_part != 0.0 or channel.cosine_part != 0.0
     return (CUBIC if moves else STEADY) + (SINE if waves else 0)
 
 
 @compiled(**LEAN)
 def take_pieces(batch, pack, lane):
     """Exchange the pieces of one lane, note from when to when they hold; returns whether `classify` is due."""
-    control = control_rows(pack)
+    its = control_of(pack, lane)
     low, high, changed = -np.inf, np.inf, False
-    control[ZERO * LANES + lane] = control[SIDE * LANES + lane]
+    its.zero = its.side
     for i in range(batch.n_watched):
-        before, after, new = take_piece(batch, pack, lane, i, control[SIDE * LANES + lane])
+        before, after, new = take_piece(batch, pack, lane, i, its.side)
         low, high, changed = max(low, before), min(high, after), changed or new
-    control[LOW * LANES + lane], control[HIGH * LANES + lane] = low, high
+    its.low, its.high = low, high
     return changed
 
 

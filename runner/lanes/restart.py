@@ -16,22 +16,8 @@ from qddot.runner.explicit.controller import (
 from qddot.runner.inputs.instants import after, side_of
 from qddot.runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
 from qddot.runner.lanes.inputs import look_up
-from qddot.runner.lanes.pack import (
-    AT,
-    BATCH_TYPE,
-    FRESH,
-    LANES,
-    LAST_ERROR,
-    LONGEST,
-    NEXT,
-    PACK_TYPE,
-    SIDE,
-    STEPS,
-    STOP,
-    H,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of
+from qddot.runner.lanes.pack import AT, BATCH_TYPE, FRESH, LANES, PACK_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE, write_samples
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
@@ -54,7 +40,7 @@ def fail_at_start(batch, control, pack, pair, lane):
         ratio = scaled(batch, control, pack, lane, m, k0[m * LANES + lane])
         if ratio > size:
             found, size = m, ratio
-    floats(batch.failed_at, batch.runs)[run] = control_rows(pack)[T * LANES + lane]
+    floats(batch.failed_at, batch.runs)[run] = control_of(pack, lane).t
     integers(batch.failed_state, batch.runs)[run] = found
     integers(pack.evaluations, LANES)[lane] += 1
     finish(batch, pack, pair, lane, NON_FINITE)
@@ -73,19 +59,20 @@ def take_slopes(batch, control, pack, pair, longest_step):
 
     Returns how many were refilled: their slopes are still to be taken.
     """
-    rows, again = control_rows(pack), 0
+    again = 0
     write_samples(batch, pack, 0.0)
     for lane in range(LANES):
-        if rows[FRESH * LANES + lane] > 0.0:
+        its = control_of(pack, lane)
+        if its.fresh > 0.0:
             plan(batch, pack, lane)
-        t = rows[T * LANES + lane]
-        rows[AT * LANES + lane] = t
-        rows[SIDE * LANES + lane] = after(t, rows[STOP * LANES + lane] - t)
+        t = its.t
+        its.at = t
+        its.side = after(t, its.stop - t)
     next_slope = pack.slopes + ROW * batch.n
     evaluate(batch, pack, pack.now, next_slope)
     choose(batch.n, pack.control + ROW * FRESH, pack.slopes, next_slope)
     for lane in range(LANES):
-        fresh = rows[FRESH * LANES + lane] > 0.0
+        fresh = control_of(pack, lane).fresh > 0.0
         if fresh and not lane_norm(batch, control, pack, lane, pack.slopes, pack.slopes, 0.0) < np.inf:
             fail_at_start(batch, control, pack, pair, lane)
             again += begin(batch, pack, longest_step, lane)
@@ -97,58 +84,60 @@ def restart(batch, control, pack, pair, longest_step):
     """Take the slopes of fresh lanes, and settle how long their next steps are."""
     while take_slopes(batch, control, pack, pair, longest_step) > 0:
         pass
-    rows, evaluations = control_rows(pack), integers(pack.evaluations, LANES)
+    evaluations = integers(pack.evaluations, LANES)
     for lane in range(LANES):
-        rows[AT * LANES + lane] = rows[SIDE * LANES + lane] = rows[T * LANES + lane]
-        rows[H * LANES + lane] = 0.0
-        if rows[FRESH * LANES + lane] == 0.0:
+        its = control_of(pack, lane)
+        its.at = its.side = its.t
+        its.h = 0.0
+        if its.fresh == 0.0:
             continue
         evaluations[lane] += 1
         speed = lane_norm(batch, control, pack, lane, pack.slopes, pack.slopes, 0.0)
-        ahead = min(rows[LONGEST * LANES + lane], rows[STOP * LANES + lane] - rows[T * LANES + lane])
-        rows[LAST_ERROR * LANES + lane] = LEAST_LAST_ERROR
-        if first_is_given(batch, rows, lane):
-            rows[NEXT * LANES + lane] = batch.first_step
+        ahead = min(its.longest, its.stop - its.t)
+        its.last_error = LEAST_LAST_ERROR
+        if first_is_given(batch, its):
+            its.next = batch.first_step
         elif control.kind == MATLAB:
             size = matlab_first_step(speed, control.rtol, control.order, ahead)
-            rows[NEXT * LANES + lane] = min(rows[NEXT * LANES + lane], size)
+            its.next = min(its.next, size)
         else:
             h = min(trial_step(lane_norm(batch, control, pack, lane, pack.now, pack.now, 0.0), speed), ahead)
-            rows[H * LANES + lane] = h
-            rows[AT * LANES + lane] += h
-            rows[SIDE * LANES + lane] = side_of(rows[T * LANES + lane], h, 1.0)
+            its.h = h
+            its.at += h
+            its.side = side_of(its.t, h, 1.0)
             evaluations[lane] += 1
     if control.kind != MATLAB:
         first_steps(batch, control, pack)
     for lane in range(LANES):
-        rows[FRESH * LANES + lane] = 0.0
+        control_of(pack, lane).fresh = 0.0
     pack.fresh = 0
 
 
 @compiled(**LEAN)
-def first_is_given(batch, rows, lane):
+def first_is_given(batch, its):
     """Whether this is a run's first step and its size was asked for."""
-    return batch.first_step > 0.0 and rows[STEPS * LANES + lane] == 0.0
+    return batch.first_step > 0.0 and its.steps == 0.0
 
 
 @compiled(**LEAN)
 def first_steps(batch, control, pack):
     """Sizes of first steps from second derivatives, which an explicit Euler step of all fresh lanes tells."""
-    rows, n = control_rows(pack), batch.n
+    n = batch.n
     now, slope, stage = floats(pack.now, n * LANES), floats(pack.slopes, n * LANES), floats(pack.stage, n * LANES)
     for i in range(n * LANES):
-        stage[i] = now[i] + rows[H * LANES + i % LANES] * slope[i]
+        stage[i] = now[i] + control_of(pack, i % LANES).h * slope[i]
     second = pack.slopes + ROW * n
     evaluate(batch, pack, pack.stage, second)
     for lane in range(LANES):
-        if rows[FRESH * LANES + lane] > 0.0 and not first_is_given(batch, rows, lane):
-            h = rows[H * LANES + lane]
+        its = control_of(pack, lane)
+        if its.fresh > 0.0 and not first_is_given(batch, its):
+            h = its.h
             size = lane_norm(batch, control, pack, lane, pack.now, pack.now, 0.0)
             speed = lane_norm(batch, control, pack, lane, pack.slopes, pack.slopes, 0.0)
             bend = lane_norm(batch, control, pack, lane, second, pack.slopes, 1.0) / h
-            ahead = min(rows[LONGEST * LANES + lane], rows[STOP * LANES + lane] - rows[T * LANES + lane])
+            ahead = min(its.longest, its.stop - its.t)
             settled = min(settled_step(trial_step(size, speed), max(speed, bend), control.order), ahead)
-            rows[NEXT * LANES + lane] = min(rows[NEXT * LANES + lane], settled)
+            its.next = min(its.next, settled)
 
 
 CONTROL_TYPE = typeof(record(CONTROL))

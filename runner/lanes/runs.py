@@ -3,25 +3,8 @@
 import numpy as np
 
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.lanes.pack import (
-    ACTIVE,
-    AT,
-    ATTENTION,
-    FRESH,
-    HIGH,
-    LANES,
-    LOW,
-    SAMPLE,
-    SIDE,
-    START,
-    STEP,
-    STOP,
-    TARGET,
-    H,
-    K,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of
+from qddot.runner.lanes.pack import LANES
 from qddot.runner.machine.calls import take_next
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers
@@ -67,14 +50,11 @@ def next_break(batch, pack, lane, t):
 @compiled(**LEAN)
 def idle(pack, lane):
     """Leave a lane with nothing to do: it stands still and counts for nothing."""
-    control = control_rows(pack)
-    for row in (H, K, STEP, ACTIVE, FRESH):
-        control[row * LANES + lane] = 0.0
-    for row in (START, TARGET, STOP):
-        control[row * LANES + lane] = control[T * LANES + lane]
-    for row in (ATTENTION, HIGH, SAMPLE):
-        control[row * LANES + lane] = np.inf
-    control[LOW * LANES + lane] = -np.inf
+    its = control_of(pack, lane)
+    its.h = its.k = its.step = its.active = its.fresh = 0.0
+    its.start = its.target = its.stop = its.t
+    its.attention = its.high = its.sample = np.inf
+    its.low = -np.inf
     integers(pack.run, LANES)[lane] = -1
 
 
@@ -97,10 +77,10 @@ def take_run(batch, pack, lane):
     for i in range(batch.channels):
         for cursor in (pack.piece, pack.break_at):
             integers(cursor, 1)[lane * batch.channels + i] = 0
-    control, t0 = control_rows(pack), floats(batch.t0, batch.runs)[run]
-    control[T * LANES + lane] = t0
-    control[LOW * LANES + lane] = control[HIGH * LANES + lane] = np.inf
-    control[AT * LANES + lane] = control[SIDE * LANES + lane] = t0
+    its, t0 = control_of(pack, lane), floats(batch.t0, batch.runs)[run]
+    its.t = t0
+    its.low = its.high = np.inf
+    its.at = its.side = t0
     return True
 
 

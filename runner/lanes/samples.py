@@ -10,20 +10,8 @@ from qddot.runner.explicit.step import PAIR
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.lanes.inputs import look_up
-from qddot.runner.lanes.pack import (
-    AT,
-    BATCH_TYPE,
-    GOOD,
-    LANES,
-    PACK_TYPE,
-    SAMPLE,
-    SIDE,
-    TARGET,
-    THETA,
-    H,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of, lane_of
+from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
 from qddot.runner.lanes.runs import gather, sample_time
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
@@ -49,9 +37,9 @@ def due(batch, pack, lane, t, near):
 @compiled(**LEAN)
 def look_at(pack, lane, t):
     """Let the inputs of a lane be read at t, as they are right after it."""
-    control = control_rows(pack)
-    control[AT * LANES + lane] = t
-    control[SIDE * LANES + lane] = t + rounding(t)
+    its = control_of(pack, lane)
+    its.at = t
+    its.side = t + rounding(t)
 
 
 @compiled(**LEAN)
@@ -75,9 +63,9 @@ def write_sample(batch, pack, lane, t, where):
 @compiled(**LEAN)
 def write_samples(batch, pack, near):
     """Write the samples of all lanes that are at the present, or within this part of it."""
-    control, found = control_rows(pack), 0
+    found = 0
     for lane in range(LANES):
-        t = control[T * LANES + lane]
+        t = control_of(pack, lane).t
         if due(batch, pack, lane, t, near):
             look_at(pack, lane, t)
             found += 1
@@ -85,7 +73,7 @@ def write_samples(batch, pack, near):
         if batch.needs_outputs:
             look_up(batch.look_up, batch, pack, 1)
         for lane in range(LANES):
-            t = control[T * LANES + lane]
+            t = control_of(pack, lane).t
             while due(batch, pack, lane, t, near):
                 write_sample(batch, pack, lane, t, pack.now)
 
@@ -94,15 +82,16 @@ def write_samples(batch, pack, near):
 def weigh(control, P, weights, stages, degree):
     """Weights of the slopes in dense output, rows of lanes: polynomials in THETA, (AT - T) / H, times H."""
     for lane in range(LANES):
-        behind = control[AT * LANES + lane] - control[T * LANES + lane]
-        control[THETA * LANES + lane] = behind / control[H * LANES + lane]
+        its = lane_of(control, lane)
+        behind = its.at - its.t
+        its.theta = behind / its.h
     for i in range(stages):
         for lane in range(LANES):
             weights[i * LANES + lane] = 0.0
         for j in range(degree - 1, -1, -1):
             for lane in range(LANES):
                 weight = weights[i * LANES + lane] + P[j * MOST_STAGES + i]
-                weights[i * LANES + lane] = weight * control[THETA * LANES + lane]
+                weights[i * LANES + lane] = weight * lane_of(control, lane).theta
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, types.int64, types.int64))
@@ -117,16 +106,17 @@ def interpolate(control, weights, now, slopes, x, n, stages):
                 x[m * LANES + lane] += weights[i * LANES + lane] * slopes[(i * n + m) * LANES + lane]
     for m in range(n):
         for lane in range(LANES):
-            x[m * LANES + lane] = now[m * LANES + lane] + control[H * LANES + lane] * x[m * LANES + lane]
+            x[m * LANES + lane] = now[m * LANES + lane] + lane_of(control, lane).h * x[m * LANES + lane]
 
 
 @compiled(**LEAN)
 def aim(batch, pack):
     """Set the times of the lanes that have a sample in the step they just made; returns how many there are."""
-    rows, found = control_rows(pack), 0
+    found = 0
     for lane in range(LANES):
-        at = rows[SAMPLE * LANES + lane]
-        if rows[GOOD * LANES + lane] > 0.0 and at <= rows[TARGET * LANES + lane]:
+        its = control_of(pack, lane)
+        at = its.sample
+        if its.good > 0.0 and at <= its.target:
             look_at(pack, lane, at)
             found += 1
     return found
@@ -135,9 +125,10 @@ def aim(batch, pack):
 @compiled(**LEAN)
 def write_samples_within(batch, pack, pair):
     """Write the samples of all lanes within the steps they just made by dense output, and those at their ends."""
-    rows, sample = control_rows(pack), integers(pack.sample, LANES)
+    sample = integers(pack.sample, LANES)
     for lane in range(LANES):
-        if rows[GOOD * LANES + lane] > 0.0 and rows[SAMPLE * LANES + lane] < rows[TARGET * LANES + lane]:
+        its = control_of(pack, lane)
+        if its.good > 0.0 and its.sample < its.target:
             integers(pack.evaluations, LANES)[lane] += pair.all_stages - pair.next_slope - 1
     while aim(batch, pack) > 0:
         control, weights, x = doubles(pack.control), doubles(pack.weights), doubles(pack.stage)
@@ -146,11 +137,12 @@ def write_samples_within(batch, pack, pair):
         if batch.needs_outputs:
             look_up(batch.look_up, batch, pack, 1)
         for lane in range(LANES):
-            at, end = rows[SAMPLE * LANES + lane], rows[TARGET * LANES + lane]
-            if rows[GOOD * LANES + lane] > 0.0 and at <= end:
+            its = control_of(pack, lane)
+            at, end = its.sample, its.target
+            if its.good > 0.0 and at <= end:
                 write_sample(batch, pack, lane, at, pack.stage if at < end else pack.new)
                 run, j = integers(pack.run, LANES)[lane], sample[lane]
-                rows[SAMPLE * LANES + lane] = sample_time(batch, run, j) if j < batch.n_samples else np.inf
+                its.sample = sample_time(batch, run, j) if j < batch.n_samples else np.inf
 
 
 SAMPLE_WITHIN = types.void(BATCH_TYPE, PACK_TYPE, PAIR_TYPE)

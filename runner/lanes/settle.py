@@ -7,20 +7,8 @@ from numba import types
 
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.lanes.attempts import begin, finish, scaled
-from qddot.runner.lanes.pack import (
-    BATCH_TYPE,
-    ERROR,
-    FRESH,
-    GOOD,
-    LANDS,
-    LANES,
-    PACK_TYPE,
-    STEPS,
-    STOP,
-    H,
-    T,
-    control_rows,
-)
+from qddot.runner.lanes.lane import control_of
+from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
 from qddot.runner.lanes.restart import CONTROL_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE
 from qddot.runner.machine.compiled import compiled
@@ -37,7 +25,7 @@ TOO_MANY_STEPS = np.int64(Status.TOO_MANY_STEPS)
 @compiled(**LEAN)
 def fail(batch, control, pack, pair, lane):
     """A lane needs a step too small, or diverged: names the state with the largest scaled error, returns the status."""
-    rows, run, n = control_rows(pack), integers(pack.run, LANES)[lane], batch.n
+    its, run, n = control_of(pack, lane), integers(pack.run, LANES)[lane], batch.n
     E, slopes = floats(pair.E, MOST_STAGES), floats(pack.slopes, 1)
     new, found, largest = floats(pack.new, n * LANES), 0, -1.0
     for m in range(n):
@@ -45,29 +33,29 @@ def fail(batch, control, pack, pair, lane):
         for i in range(pair.stages):
             if E[i] != 0.0:
                 total += E[i] * slopes[(i * n + m) * LANES + lane]
-        size = scaled(batch, control, pack, lane, m, rows[H * LANES + lane] * total)
+        size = scaled(batch, control, pack, lane, m, its.h * total)
         size = size if abs(new[m * LANES + lane]) <= batch.limit else np.inf
         if size > largest:
             found, largest = m, size
-    floats(batch.failed_at, batch.runs)[run] = rows[T * LANES + lane]
+    floats(batch.failed_at, batch.runs)[run] = its.t
     integers(batch.failed_state, batch.runs)[run] = found
-    return STEP_UNDERFLOW if rows[ERROR * LANES + lane] < np.inf else NON_FINITE
+    return STEP_UNDERFLOW if its.error < np.inf else NON_FINITE
 
 
 @compiled(**LEAN)
 def status_of(batch, control, pack, pair, lane, stuck):
     """How the run of a lane stands after a step."""
-    rows, run = control_rows(pack), integers(pack.run, LANES)[lane]
-    good = rows[GOOD * LANES + lane] > 0.0
-    at_stop = good and rows[LANDS * LANES + lane] > 0.0
+    its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
+    good = its.good > 0.0
+    at_stop = good and its.lands > 0.0
     if stuck >> lane & 1:
         return fail(batch, control, pack, pair, lane)
-    if at_stop and rows[STOP * LANES + lane] == floats(batch.t1, batch.runs)[run]:
+    if at_stop and its.stop == floats(batch.t1, batch.runs)[run]:
         return FINISHED
-    if good and batch.max_steps > 0 and rows[STEPS * LANES + lane] >= batch.max_steps:
+    if good and batch.max_steps > 0 and its.steps >= batch.max_steps:
         return TOO_MANY_STEPS
     if at_stop:
-        rows[FRESH * LANES + lane] = pack.fresh = 1
+        its.fresh = pack.fresh = 1
     return RUNNING
 
 

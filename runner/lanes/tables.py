@@ -11,22 +11,8 @@ from llvmlite import ir
 from numba import types
 
 from qddot.runner import abi
-from qddot.runner.lanes.pack import (
-    AT,
-    BEGIN,
-    BUCKETS,
-    FIRST,
-    INPUT_ROWS,
-    LANES,
-    LAST,
-    LENGTH,
-    OFFSET,
-    PER_LENGTH,
-    PLACE,
-    RATE,
-    SIDE,
-    SINCE,
-)
+from qddot.runner.lanes.lane import channel_of, input_of, lane_of
+from qddot.runner.lanes.pack import CHANNEL_ROWS, INPUT_ROWS, LANES
 from qddot.runner.lanes.values import ROW, Value, load, store
 from qddot.runner.machine.calls import INTEGERS, doubles, numbers
 from qddot.runner.machine.compiled import compiled
@@ -43,54 +29,58 @@ EVEN, GUIDED = 1, 2
 def find_even(control, inputs, channels, count):
     """PLACE, the piece at the time SIDE, and SINCE, how far the argument at the time AT is behind its start."""
     for j in range(count):
-        row = INPUT_ROWS * LANES * channels[j]
+        first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            rate, offset = inputs[row + RATE * LANES + lane], inputs[row + OFFSET * LANES + lane]
-            begin, last = inputs[row + BEGIN * LANES + lane], inputs[row + BUCKETS * LANES + lane]
-            x = (rate * control[SIDE * LANES + lane] + offset - begin) * inputs[row + PER_LENGTH * LANES + lane] + 1.0
+            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            rate, offset = channel.rate, channel.offset
+            begin, last = channel.begin, channel.buckets
+            x = (rate * its.side + offset - begin) * channel.per_length + 1.0
             x = x if x > 0.0 else 0.0
             x = x if x < last else last
             x = float(int(x))
-            start = begin + (x - 1.0) * inputs[row + LENGTH * LANES + lane]
-            inputs[row + PLACE * LANES + lane] = float_of(PIECE * int(x + inputs[row + FIRST * LANES + lane]))
-            inputs[row + SINCE * LANES + lane] = rate * control[AT * LANES + lane] + offset - start
+            start = begin + (x - 1.0) * channel.length
+            channel.place = float_of(PIECE * int(x + channel.first))
+            channel.since = rate * its.at + offset - start
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, INTEGERS))
 def find_guided(control, inputs, channels, count, guide):
     """PLACE as the guide tells it: the piece at the time SIDE, or one a little before."""
     for j in range(count):
-        row = INPUT_ROWS * LANES * channels[j]
+        first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            tau = inputs[row + RATE * LANES + lane] * control[SIDE * LANES + lane] + inputs[row + OFFSET * LANES + lane]
-            begin, last = inputs[row + BEGIN * LANES + lane], inputs[row + BUCKETS * LANES + lane]
-            x = (tau - begin) * inputs[row + PER_LENGTH * LANES + lane] + 1.0
+            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            tau = channel.rate * its.side + channel.offset
+            begin, last = channel.begin, channel.buckets
+            x = (tau - begin) * channel.per_length + 1.0
             x = x if x > 0.0 else 0.0
             x = x if x < last else last
-            inputs[row + PLACE * LANES + lane] = float_of(guide[int(x) + int(inputs[row + FIRST * LANES + lane])])
+            channel.place = float_of(guide[int(x) + int(channel.first)])
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, abi.POINTER))
 def go_on(control, inputs, channels, count, pieces):
     """PLACE one piece further where the next one has begun."""
     for j in range(count):
-        row = INPUT_ROWS * LANES * channels[j]
+        first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            tau = inputs[row + RATE * LANES + lane] * control[SIDE * LANES + lane] + inputs[row + OFFSET * LANES + lane]
-            place = bits_of(inputs[row + PLACE * LANES + lane])
-            further = (pieces[(place >> 3) + 8] <= tau) & (float(place) < inputs[row + LAST * LANES + lane])
-            inputs[row + PLACE * LANES + lane] = float_of(place + (PIECE if further else 0))
+            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            tau = channel.rate * its.side + channel.offset
+            place = bits_of(channel.place)
+            further = (pieces[(place >> 3) + 8] <= tau) & (float(place) < channel.last)
+            channel.place = float_of(place + (PIECE if further else 0))
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, abi.POINTER))
 def measure(control, inputs, channels, count, pieces):
     """SINCE, where the start of a piece must be read."""
     for j in range(count):
-        row = INPUT_ROWS * LANES * channels[j]
+        first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            tau = inputs[row + RATE * LANES + lane] * control[AT * LANES + lane] + inputs[row + OFFSET * LANES + lane]
-            place = bits_of(inputs[row + PLACE * LANES + lane])
-            inputs[row + SINCE * LANES + lane] = tau - pieces[place >> 3]
+            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            tau = channel.rate * its.at + channel.offset
+            place = bits_of(channel.place)
+            channel.since = tau - pieces[place >> 3]
 
 
 def transposed(builder: Any, rows: list[Any]) -> list[Value]:
@@ -115,13 +105,13 @@ def value_of_pieces(typing_context: Any, channel: Any, pieces: Any, order: Any, 
         four, integer = ir.VectorType(ir.DoubleType(), 4), ir.IntType(64)
 
         def coefficients(lane: int) -> Any:
-            where = builder.add(rows, integer(ROW * PLACE + 8 * lane))
+            where = builder.add(rows, integer(ROW * CHANNEL_ROWS["place"] + 8 * lane))
             place = builder.load(builder.inttoptr(where, integer.as_pointer()))
             start = builder.add(builder.add(first, place), integer(8))
             return builder.load(builder.inttoptr(start, four.as_pointer()), align=8)
 
         c0, c1, c2, c3 = transposed(builder, [coefficients(lane) for lane in range(LANES)])
-        s, rate = (load(builder, builder.add(rows, integer(ROW * row))) for row in (SINCE, RATE))
+        s, rate = (load(builder, builder.add(rows, integer(ROW * CHANNEL_ROWS[row]))) for row in ("since", "rate"))
         value = ((c3 * s + c2) * s + c1) * s + c0
         slope = ((c3 * 3.0 * s + c2 * 2.0) * s + c1) * rate
         is_value = builder.icmp_signed("==", derivative, integer(0))
@@ -158,15 +148,15 @@ def read_tables(batch, pack, n_even, n_guided):
 @compiled(**LEAN)
 def take_table(batch, pack, lane, i, table):
     """Tell the rows of channel i about the table that a lane's run reads."""
-    row = floats(pack.inputs + ROW * INPUT_ROWS * i, INPUT_ROWS * LANES)
+    channel = input_of(pack, i, lane)
     first, last = integers(batch.first, 1)[table], integers(batch.last, 1)[table]
     pieces = floats(batch.pieces, 1)
     begin, end = pieces[8 * (first + 1)], pieces[8 * last]
     guided = integers(batch.way, 1)[i] == GUIDED
     buckets = integers(batch.buckets, 1)[table] if guided else last - first - 1
-    row[BEGIN * LANES + lane] = begin
-    row[PER_LENGTH * LANES + lane] = buckets / (end - begin)
-    row[LENGTH * LANES + lane] = (end - begin) / buckets
-    row[FIRST * LANES + lane] = integers(batch.guide_first, 1)[table] if guided else first
-    row[BUCKETS * LANES + lane] = buckets + 1
-    row[LAST * LANES + lane] = PIECE * last
+    channel.begin = begin
+    channel.per_length = buckets / (end - begin)
+    channel.length = (end - begin) / buckets
+    channel.first = integers(batch.guide_first, 1)[table] if guided else first
+    channel.buckets = buckets + 1
+    channel.last = PIECE * last
