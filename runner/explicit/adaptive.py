@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from qddot.runner.explicit.adaptive_course import COURSE
 from qddot.runner.explicit.adaptive_loop import run_slice
-from qddot.runner.explicit.controller import CONTROL, control_for
 from qddot.runner.explicit.step import PAIR, pair_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
@@ -19,6 +18,7 @@ from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.slices import run_slices
+from qddot.runner.frame.step_control import CONTROL, control_for
 from qddot.runner.frame.stops import stops_to_end
 from qddot.runner.frame.workplace import restorer, run_in_place
 from qddot.runner.machine.compiled import compiled

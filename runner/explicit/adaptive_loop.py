@@ -7,22 +7,20 @@ limits from the right, and the step size is the smaller of what was proposed bef
 import numpy as np
 
 from qddot.runner.explicit.adaptive_course import ensure_dense, state_within
-from qddot.runner.explicit.controller import (
-    LEAST_LAST_ERROR,
-    MATLAB,
-    after_failure,
-    after_success,
-    combined,
-    first_step,
-    norm,
-    scale,
-)
+from qddot.runner.explicit.norm import first_step, norm, scale
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_next_slope, interpolate, take_step
 from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import row_address, states
+from qddot.runner.frame.step_control import (
+    LEAST_LAST_ERROR,
+    MATLAB,
+    after_failure,
+    after_success,
+    of_two_estimates,
+)
 from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
@@ -72,7 +70,7 @@ def restart(space, pair, control, course, log, watch):
 def error_of_step(space, pair, control):
     """The scaled error of the step just tried."""
     error = norm(space, control, ERROR)
-    return combined(error, norm(space, control, ERROR_2)) if pair.estimates > 1 else error
+    return of_two_estimates(error, norm(space, control, ERROR_2)) if pair.estimates > 1 else error
 
 
 @compiled(**LEAN)

@@ -11,12 +11,13 @@ import numpy as np
 from numba import types
 
 from qddot.runner.explicit.workspace import MOST_STAGES
+from qddot.runner.frame.step_control import Factors
 from qddot.runner.lanes.attempts import begin
 from qddot.runner.lanes.inputs import look_up_stage
-from qddot.runner.lanes.judge import end_steps, judge_steps, propose_steps, size_errors
+from qddot.runner.lanes.judge import CONTROL_TYPE, end_steps, judge_steps, propose_steps, size_errors
 from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, H
-from qddot.runner.lanes.restart import CONTROL_TYPE, call_restart
+from qddot.runner.lanes.restart import call_restart
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.samples import PAIR_TYPE, sample_within
 from qddot.runner.lanes.settle import call_settle
@@ -76,6 +77,7 @@ def advance(method: str, all_stages: int, next_slope: int) -> Any:
 
     def loop(batch, pack, pair, control, longest_step, most_steps):
         rows, n, h = doubles(pack.control), batch.n, pack.control + ROW * H
+        factors = Factors(control.kind, control.order, control.beta, control.safety, control.least, control.most)
         for _ in range(most_steps):
             if pack.fresh != 0:
                 call_restart(batch.restart, batch, control, pack, pair, longest_step)
@@ -89,9 +91,7 @@ def advance(method: str, all_stages: int, next_slope: int) -> Any:
             sizes = pack.control + ROW * ERROR
             estimate_errors(method, n, h, pack.now, pack.new, pack.slopes, batch.atol, batch.rtol, batch.limit, sizes)
             size_errors(rows, control.kind, pair.estimates, float(n))
-            closely = judge_steps(
-                rows, control.kind, control.order, control.beta, control.safety, control.least, control.most
-            )
+            closely = judge_steps(rows, factors)
             stuck = 0
             if closely > 0:
                 if stages > first_dense and sampled_within(pack) > 0:

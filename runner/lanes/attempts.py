@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from qddot.runner.explicit.controller import MATLAB
+from qddot.runner.frame.step_control import MATLAB, scaled, tolerance
 from qddot.runner.inputs.instants import rounding
 from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import LANES
@@ -48,12 +48,11 @@ def finish(batch, pack, pair, lane, status):
 
 
 @compiled(**LEAN)
-def scaled(batch, control, pack, lane, m, value):
+def relative(batch, control, pack, lane, m, value):
     """A number relative to the tolerance of state m of a lane, at its present state."""
     x = abs(floats(pack.now, batch.n * LANES)[m * LANES + lane])
-    part, atol = floats(batch.rtol, batch.n)[m] * x, floats(batch.atol, batch.n)[m]
-    ratio = abs(value) / (max(part, atol) if control.kind == MATLAB else part + atol)
-    return ratio if ratio < np.inf and x <= batch.limit else np.inf
+    rtol, atol = floats(batch.rtol, batch.n)[m], floats(batch.atol, batch.n)[m]
+    return scaled(value, tolerance(rtol, atol, x, control.kind == MATLAB), x, batch.limit)
 
 
 @compiled(**LEAN)
@@ -63,6 +62,6 @@ def lane_norm(batch, control, pack, lane, rows, minus, factor):
     total = 0.0
     for m in range(batch.n):
         value = a[m * LANES + lane] - (factor * b[m * LANES + lane] if factor != 0.0 else 0.0)
-        ratio = scaled(batch, control, pack, lane, m, value)
+        ratio = relative(batch, control, pack, lane, m, value)
         total = max(total, ratio) if control.kind == MATLAB else total + ratio * ratio
     return total if control.kind == MATLAB else np.sqrt(total / batch.n)

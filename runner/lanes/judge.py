@@ -1,85 +1,71 @@
-"""Step-size control for all lanes at once: what `explicit.controller` and `explicit.adaptive_loop` do for one run."""
+"""Step-size control for all lanes at once: what `explicit.adaptive_loop` does for one run."""
 
 import math
 
-from numba import types
+from numba import typeof, types
 
 from qddot.runner import abi
-from qddot.runner.explicit.controller import LEAST_LAST_ERROR, MATLAB
+from qddot.runner.frame.step_control import (
+    CONTROL,
+    MATLAB,
+    Factors,
+    after_failure,
+    after_success,
+    at_least,
+    of_two_estimates,
+)
+from qddot.runner.inputs.instants import rounding
 from qddot.runner.lanes.lane import lane_of
 from qddot.runner.lanes.pack import LANES
-from qddot.runner.machine.elementary import exp, log
 from qddot.runner.machine.lane_loop import lane_loop
+from qddot.runner.machine.memory import record
 
-#: The least step that advances the time is this part of the time: 16 spacings of floating-point numbers.
-SIXTEEN_SPACINGS = 16.0 * 2.0**-52
+#: Step-size control, whose constants all lanes have in common.
+CONTROL_TYPE = typeof(record(CONTROL))
 
 
 @lane_loop(types.void(abi.POINTER, types.float64))
-def propose_steps(control, stretch):
+def propose_steps(rows, stretch):
     """Every lane's next attempt: of the size that control wants, or to the next stop where that is near."""
     for lane in range(LANES):
-        its = lane_of(control, lane)
-        t = its.t
-        least = SIXTEEN_SPACINGS * abs(t)
-        proposed = its.next
-        proposed = proposed if proposed > least else least
-        longest = its.longest
-        proposed = proposed if proposed < longest else longest
+        its = lane_of(rows, lane)
+        least = rounding(its.t)
+        proposed = at_least(least, its.next)
+        proposed = proposed if proposed < its.longest else its.longest
         first = its.failures == 0.0
         size = proposed if first else its.tried
-        stop = its.stop
-        lands = stretch * size >= stop - t
+        lands = stretch * size >= its.stop - its.t
         its.least = least
         its.proposed = proposed if first else its.proposed
         its.tried = size
         its.lands = 1.0 if lands else 0.0
-        its.h = (stop if lands else t + size) - t
+        its.h = (its.stop if lands else its.t + size) - its.t
 
 
 @lane_loop(types.void(abi.POINTER, types.int64, types.int64, types.float64))
-def size_errors(control, kind, estimates, n):
-    """ERROR: how large every lane's error is, from the sizes of its estimates; a good step's is at most 1."""
+def size_errors(rows, kind, estimates, n):
+    """How large every lane's error is, from the sizes of its estimates; a good step's is at most 1."""
     for lane in range(LANES):
-        its = lane_of(control, lane)
-        error = its.error
-        error = error if kind == MATLAB else math.sqrt(error / n)
-        length = math.sqrt(error * error + 0.01 * (its.error_2 / n))
-        both = error * (error / (1.0 if length == 0.0 else length))
-        both = both if error < math.inf else error
-        its.error = both if estimates > 1 else error
+        its = lane_of(rows, lane)
+        error = its.error if kind == MATLAB else math.sqrt(its.error / n)
+        its.error = of_two_estimates(error, math.sqrt(its.error_2 / n)) if estimates > 1 else error
 
 
-@lane_loop(types.int64(abi.POINTER, types.int64, *[types.float64] * 5))
-def judge_steps(control, kind, order, beta, safety, least_factor, most):
+@lane_loop(types.int64(abi.POINTER, typeof(Factors(0, *[0.0] * 5))))
+def judge_steps(rows, factors):
     """Accept or reject every lane's attempt and size the next; returns how many want a closer look.
 
-    Those are the ones that come to a stop or a sample, and the ones that are stuck (GOOD = -1).
+    Those are the ones that come to a stop or a sample, and the ones that are stuck (good = -1).
     """
     found = 0
     for lane in range(LANES):
-        its = lane_of(control, lane)
-        error, active = its.error, its.active > 0.0
+        its = lane_of(rows, lane)
+        error, h, failures, active = its.error, its.h, its.failures, its.active > 0.0
+        least, proposed, tried, lands = its.least, its.proposed, its.tried, its.lands > 0.0
         good = active & (error <= 1.0)
-        power = exp((0.75 * beta - 1.0 / order) * log(error if error > 1e-30 else 1e-30))
-        last = its.last_error
-        last = last if last > LEAST_LAST_ERROR else LEAST_LAST_ERROR
-        failures = its.failures
-        greatest = 1.0 if failures > 0.0 else most
-        factor = safety * power * exp(beta * log(last))
-        factor = factor if factor < greatest else greatest
-        factor = factor if (factor > least_factor) | (kind == MATLAB) else least_factor
-        factor = 1.0 if (failures > 0.0) & (kind == MATLAB) else factor
-        down = safety * power
-        down = down if down > least_factor else least_factor
-        down = 0.5 if (failures > 0.0) & (kind == MATLAB) else down
-        h, least = its.h, its.least
-        proposed, tried = its.proposed, its.tried
-        lands = its.lands > 0.0
-        larger = h * factor
+        larger = h * after_success(factors, error, its.last_error, failures > 0.0)
         larger = proposed if lands & (failures == 0.0) & (larger < proposed) else larger
-        smaller = h * down
-        smaller = smaller if smaller > least else least
+        smaller = at_least(least, h * after_failure(factors, error, failures + 1.0))
         stuck = active & (not good) & ((tried <= least) | (h <= least))
         target = its.stop if lands else its.t + h
         its.next = larger if good else its.next
@@ -95,10 +81,10 @@ def judge_steps(control, kind, order, beta, safety, least_factor, most):
 
 
 @lane_loop(types.void(abi.POINTER))
-def end_steps(control):
+def end_steps(rows):
     """The end of an accepted step is the present."""
     for lane in range(LANES):
-        its = lane_of(control, lane)
+        its = lane_of(rows, lane)
         good = its.good > 0.0
         its.t = its.target if good else its.t
         its.good = 1.0 if good else 0.0

@@ -44,12 +44,12 @@ PACK = layout(
 #: step; at: time of a stage; side: where its inputs are looked up; low, high: from when to when the present pieces of
 #: all inputs hold; zero: from when their sines count the time; target: where the step ends. Fixed steps: start, k,
 #: step: the grid start + k*step; attention: a grid point beyond it wants a closer look; size: sum of squares of the
-#: states; breakpoint: the next one; stop: that or the next sample. Adaptive steps: active: 1 where there is a run; stop: the
-#: next breakpoint or the end; sample: time of the next sample; next, least: size of the next step, and the least that
-#: advances the time; proposed: what the step was to be at first; tried: what is tried; lands: 1 where it ends at the
-#: stop; failures in a row; error, error_2: of the step; last_error; good: 1 where the step is accepted; fresh: 1 where
-#: the slope is to be taken anew; steps, failed: counts; longest: step; theta: where in its step, 0 to 1, dense output
-#: is wanted.
+#: states; breakpoint: the next one; stop: that or the next sample. Adaptive steps: active: 1 where there is a run;
+#: stop: the next breakpoint or the end; sample: time of the next sample; next, least: size of the next step, and the
+#: least that advances the time; proposed: what the step was to be at first; tried: what is tried; lands: 1 where it
+#: ends at the stop; failures in a row; error, error_2: of the step; last_error; good: 1 where the step is accepted;
+#: fresh: 1 where the slope is to be taken anew; steps, failed: counts; longest: step; theta: where in its step, 0 to 1,
+#: dense output is wanted.
 _CONTROL = """
     t h at side low high target start k step attention size
     active stop sample next least proposed tried lands failures error error_2 last_error

@@ -3,10 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numba import typeof, types
+from numba import types
 
-from qddot.runner.explicit.controller import (
-    CONTROL,
+from qddot.runner.frame.step_control import (
     LEAST_LAST_ERROR,
     MATLAB,
     matlab_first_step,
@@ -14,8 +13,9 @@ from qddot.runner.explicit.controller import (
     trial_step,
 )
 from qddot.runner.inputs.instants import after, side_of
-from qddot.runner.lanes.attempts import begin, finish, lane_norm, plan, scaled
+from qddot.runner.lanes.attempts import begin, finish, lane_norm, plan, relative
 from qddot.runner.lanes.inputs import look_up
+from qddot.runner.lanes.judge import CONTROL_TYPE
 from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, FRESH, LANES, PACK_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE, write_samples
@@ -23,7 +23,7 @@ from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
 from qddot.runner.machine.calls import call_lanes
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic, record
+from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
 from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
@@ -37,7 +37,7 @@ def fail_at_start(batch, control, pack, pair, lane):
     run, k0 = integers(pack.run, LANES)[lane], floats(pack.slopes, batch.n * LANES)
     found, size = 0, -1.0
     for m in range(batch.n):
-        ratio = scaled(batch, control, pack, lane, m, k0[m * LANES + lane])
+        ratio = relative(batch, control, pack, lane, m, k0[m * LANES + lane])
         if ratio > size:
             found, size = m, ratio
     floats(batch.failed_at, batch.runs)[run] = control_of(pack, lane).t
@@ -140,7 +140,6 @@ def first_steps(batch, control, pack):
             its.next = min(its.next, settled)
 
 
-CONTROL_TYPE = typeof(record(CONTROL))
 RESTART = types.void(BATCH_TYPE, CONTROL_TYPE, PACK_TYPE, PAIR_TYPE, types.float64)
 
 

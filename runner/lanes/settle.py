@@ -6,10 +6,10 @@ import numpy as np
 from numba import types
 
 from qddot.runner.explicit.workspace import MOST_STAGES
-from qddot.runner.lanes.attempts import begin, finish, scaled
+from qddot.runner.lanes.attempts import begin, finish, relative
+from qddot.runner.lanes.judge import CONTROL_TYPE
 from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
-from qddot.runner.lanes.restart import CONTROL_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
@@ -33,7 +33,7 @@ def fail(batch, control, pack, pair, lane):
         for i in range(pair.stages):
             if E[i] != 0.0:
                 total += E[i] * slopes[(i * n + m) * LANES + lane]
-        size = scaled(batch, control, pack, lane, m, its.h * total)
+        size = relative(batch, control, pack, lane, m, its.h * total)
         size = size if abs(new[m * LANES + lane]) <= batch.limit else np.inf
         if size > largest:
             found, largest = m, size

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
-from qddot.runner.explicit.controller import control_for
 from qddot.runner.explicit.step import pair_for
+from qddot.runner.frame.step_control import control_for
 from qddot.runner.lanes import adaptive, fixed
 from qddot.runner.lanes.inputs import LOOK_UP, read_inputs
 from qddot.runner.lanes.landing import LAND, land

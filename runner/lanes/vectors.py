@@ -103,7 +103,7 @@ def estimate_errors(
     """The rows at `sizes` = how large each error estimate of a step is, relative to the tolerance.
 
     The largest component under MATLAB's controller, otherwise the sum of squares; infinite where a ratio is not finite
-    or a new state beyond the limit (see `explicit.controller.scale`).
+    or a new state beyond the limit (see `frame.step_control`, whose text this cannot be).
     """
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from qddot.runner.frame.step_control import at_rate, matlab_first_step
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE
@@ -33,6 +34,8 @@ from qddot.runner.stiff.system import ROOT_EPS, multiply, set_weights, time_deri
 if TYPE_CHECKING:
     from qddot.runner.method import Method
 
+#: The error of backward Euler, which begins, is O(h^2).
+FIRST_ORDER = 2
 #: k: order; last_h, last_k: of the step before; same_steps: taken with this h and k; rate: of Newton's convergence;
 #: R, RU: see `ndf_formulas.rescale`.
 CONTROL = control_type(
@@ -54,13 +57,13 @@ def first_step(space, s, v):
     s.h = min(s.h_max, max(s.h_min, s.first_step))
     if s.first_step == 0.0:
         longest = min(s.h_max, s.segment_end - s.t, s.longest_first)
-        s.h = _limited(1.25 * weighted_norm(s, v, DELTA) / np.sqrt(s.rtol), longest, s.h_min)
+        s.h = max(matlab_first_step(weighted_norm(s, v, DELTA) / s.rtol, s.rtol, FIRST_ORDER, longest), s.h_min)
         time_derivative(space, s, v, min(ROOT_EPS * max(abs(s.t), abs(s.t + s.h)), s.h), PSI)
         multiply(space, space.jacobian, v, DELTA, PREDICTED)
         for i in range(space.n):
             v[PREDICTED, i] += v[PSI, i]
         multiply(space, space.pseudo_inverse, v, PREDICTED, CORRECTION)
-        s.h = _limited(1.25 * np.sqrt(0.5 * weighted_norm(s, v, CORRECTION) / s.rtol), longest, s.h_min)
+        s.h = max(at_rate(1.25 * np.sqrt(0.5 * weighted_norm(s, v, CORRECTION) / s.rtol), longest), s.h_min)
     s.first_step = 0.0
     for i in range(space.n):
         for j in range(HIGHEST_ORDER + 2):
@@ -68,11 +71,6 @@ def first_step(space, s, v):
         v[DIF, i] = s.h * v[DELTA, i]
     s.k, s.last_k, s.last_h, s.same_steps, s.at_h_min = 1, 1, s.h, 0, False
     form_matrix(space, s)
-
-
-@compiled(**INLINE)
-def _limited(rate, longest, shortest):
-    return max(1.0 / rate if longest * rate > 1.0 else longest, shortest)
 
 
 def run_slice(space, s, log, watch, most_steps):

@@ -3,6 +3,7 @@
 Shampine & Reichelt (1997), section 2.3, with the constants of the published code.
 """
 
+from qddot.runner.frame.step_control import at_least, by_error
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.stiff.ndf_formulas import CORRECTION, DIF, ERROR
@@ -17,9 +18,9 @@ def choose_after_failure(s, v, first_failure):
     if not first_failure:
         s.h = max(s.h_min, 0.5 * s.h)
     else:
-        best = s.h * max(0.1, 0.833 * (s.rtol / s.error) ** (1.0 / (s.k + 1)))
+        best = s.h * at_least(0.1, by_error(s.error / s.rtol, -1.0 / (s.k + 1), 0.833))
         if s.k > 1:
-            below = s.h * max(0.1, 0.769 * (s.rtol / _error_one_below(s, v)) ** (1.0 / s.k))
+            below = s.h * at_least(0.1, by_error(_error_one_below(s, v) / s.rtol, -1.0 / s.k, 0.769))
             if below > best:
                 best = min(s.h, below)
                 s.k -= 1
@@ -60,4 +61,4 @@ def choose_after_success(s, v):
 @compiled(**INLINE)
 def _step_for(s, safety, error, k):
     """The step that order k could take, at most ten times the present one."""
-    return s.h / max(safety * (error / s.rtol) ** (1.0 / (k + 1)), 0.1)
+    return s.h * min(10.0, by_error(error / s.rtol, -1.0 / (k + 1), 1.0 / safety))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from qddot.runner.explicit.controller import CONTROL as STEP_CONTROL
-from qddot.runner.explicit.controller import control_for
+from qddot.runner.frame.step_control import CONTROL as STEP_CONTROL
+from qddot.runner.frame.step_control import control_for
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN

@@ -5,8 +5,8 @@ The form of HW, equation IV.7.25; see `tableau_rosenbrock`.
 
 import numpy as np
 
-from qddot.runner.explicit.controller import MATLAB, after_failure, after_success
 from qddot.runner.frame.space import set_inputs
+from qddot.runner.frame.step_control import MATLAB, after_failure, after_success, tolerance
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
@@ -71,7 +71,7 @@ def take_good_step(space, s, v):
             s.failed_state = culprit if culprit >= 0 else worst
             return STEP_UNDERFLOW if error < np.inf and culprit < 0 else NON_FINITE
         s.reaches_end = False
-        s.h = max(s.h_min, s.h * after_failure(s, min(error, 1e30), failures))
+        s.h = max(s.h_min, s.h * after_failure(s, error, failures))
 
 
 @compiled(**LEAN)
@@ -136,8 +136,9 @@ def _scaled_error(s, v):
         return largest / s.rtol
     total = 0.0
     for i in range(v.shape[1]):
-        scaled = v[RELATIVE, i] * v[LAST, i] / (v[THRESHOLD, i] + max(abs(v[X, i]), abs(v[X_NEW, i]))) / s.rtol
-        total += scaled * scaled
+        allowed = tolerance(1.0, v[THRESHOLD, i], max(abs(v[X, i]), abs(v[X_NEW, i])), False)
+        ratio = v[RELATIVE, i] * v[LAST, i] / allowed / s.rtol
+        total += ratio * ratio
     return np.sqrt(total / v.shape[1])
 
 

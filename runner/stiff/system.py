@@ -3,6 +3,7 @@
 import numpy as np
 
 from qddot.runner.frame.space import constants, input_values, set_inputs, states
+from qddot.runner.frame.step_control import tolerance
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.linear_algebra import factorize, solve
@@ -193,7 +194,8 @@ def multiply(space, where, v, row, target):
 def set_weights(v, row):
     """Errors count relative to the larger of |v[X]|, |v[row]| and the threshold."""
     for i in range(v.shape[1]):
-        v[WEIGHTS, i] = v[RELATIVE, i] / max(abs(v[X, i]), abs(v[row, i]), v[THRESHOLD, i])
+        size = max(abs(v[X, i]), abs(v[row, i]))
+        v[WEIGHTS, i] = v[RELATIVE, i] / tolerance(1.0, v[THRESHOLD, i], size, True)
 
 
 @compiled(**LEAN)
