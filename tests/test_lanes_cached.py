@@ -26,7 +26,8 @@ for method in ("rk4", "dop853", "exact"):
     given = {"inputs": {"z_r": road}, "output_times": 3, "names": ["z_s"], **step}
     qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, **given)
 pair = find_method("dop853").pair
-loops = (fixed.advance("rk4", 4), adaptive.advance("dop853", pair.dense.stages, pair.next_slope), _compiled_runs())
+in_lanes = (fixed.compiled_loop("rk4", 4), adaptive.compiled_loop("dop853", pair.dense.stages, pair.next_slope))
+loops = (*in_lanes, _compiled_runs())
 print([sum(loop.stats.cache_hits.values()) for loop in loops], names)
 """
 

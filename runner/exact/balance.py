@@ -78,7 +78,7 @@ def put_transposed(source, base):
 
 @compiled(**LEAN)
 def begin(s, A, B, x):
-    """Balance A and B, which are overwritten, and put them and the state x (n,) where `advance` finds them."""
+    """Balance A and B, which are overwritten, and put them and the state x (n,) where `run_slice` finds them."""
     n, scale, state = s.n, floats(s.scale, s.n), floats(s.x, s.n)
     for i in range(n):
         scale[i] = 1.0

@@ -71,7 +71,7 @@ def accept(batch, pack, last):
 
 
 @cache
-def advance(method: str, all_stages: int, next_slope: int) -> Any:
+def compiled_loop(method: str, all_stages: int, next_slope: int) -> Any:
     """The compiled loop of a method: batch, pack, pair, control, longest step as a part of the span, most steps."""
     last, first_dense, stages = np.int64(next_slope), np.int64(next_slope + 1), np.int64(all_stages)
 

@@ -28,11 +28,11 @@ RUNNING, FINISHED = int(Status.RUNNING), int(Status.FINISHED)
 
 
 @lane_loop(types.int64(abi.POINTER))
-def plan_steps(control):
+def plan_steps(rows):
     """Let every lane step to its next grid point; returns how many want a closer look."""
     found = 0
     for lane in range(LANES):
-        its = lane_of(control, lane)
+        its = lane_of(rows, lane)
         target = its.start + (its.k + 1.0) * its.step
         its.target = target
         its.h = target - its.t
@@ -41,11 +41,11 @@ def plan_steps(control):
 
 
 @lane_loop(types.int64(abi.POINTER, types.float64))
-def end_steps(control, limit):
+def end_steps(rows, limit):
     """Make the ends of the steps the present; returns how many lanes may have left the bounds."""
     found = 0
     for lane in range(LANES):
-        its = lane_of(control, lane)
+        its = lane_of(rows, lane)
         its.t = its.target
         its.k += 1.0
         found += not its.size <= limit
@@ -53,15 +53,15 @@ def end_steps(control, limit):
 
 
 @cache
-def advance(method: str, stages: int) -> Any:
+def compiled_loop(method: str, stages: int) -> Any:
     """The compiled loop of a method for a batch, a pack and the addresses of c and of a number of steps."""
     count = np.int64(stages)  # see `landing`: a literal int would compile what it is handed to anew
 
     def loop(batch, pack, c_address, most_steps):
-        control, c = doubles(pack.control), floats(c_address, count)
+        rows, c = doubles(pack.control), floats(c_address, count)
         h, limit = pack.control + ROW * H, min(batch.limit * batch.limit, 1e300)
         for _ in range(most_steps):
-            closely = plan_steps(control)
+            closely = plan_steps(rows)
             if closely > 0:
                 plan_all_closely(batch, pack)
             where = pack.now
@@ -73,7 +73,7 @@ def advance(method: str, stages: int) -> Any:
                 combine(method, stage + 1, batch.n, h, pack.now, pack.slopes, pack.new)
                 where = pack.new
             sum_of_squares(batch.n, pack.new, pack.control + ROW * SIZE)
-            diverged = end_steps(control, limit)
+            diverged = end_steps(rows, limit)
             pack.now, pack.new = pack.new, pack.now
             pack.taken += 1
             pack.fresh = c[count - 1] != 1.0

@@ -21,47 +21,47 @@ from qddot.runner.machine.pointers import caller
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))
-def cubic_values(times, rows, u):
+def cubic_values(times, channel_rows, u):
     """Values of a channel's cubics at the lanes' times."""
     for lane in range(LANES):
-        channel = channel_of(rows, lane)
+        channel = channel_of(channel_rows, lane)
         s = channel.rate * times[lane] + channel.offset - channel.begin
         u[lane] = channel.c0 + s * (channel.c1 + s * (channel.c2 + s * channel.c3))
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def turn(control, rows, sine, cosine):
+def turn(rows, channel_rows, sine, cosine):
     """Sine and cosine of a channel's frequency times the time: all channels of one frequency make do with them."""
     for lane in range(LANES):
-        its = lane_of(control, lane)
-        angle = channel_of(rows, lane).frequency * (its.at - its.zero)
+        its = lane_of(rows, lane)
+        angle = channel_of(channel_rows, lane).frequency * (its.at - its.zero)
         sine[lane] = sin(angle)
         cosine[lane] = cos(angle)
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def sine_values(rows, sine, cosine, u):
+def sine_values(channel_rows, sine, cosine, u):
     """Values of a channel's sines, its cubics being constant."""
     for lane in range(LANES):
-        channel = channel_of(rows, lane)
+        channel = channel_of(channel_rows, lane)
         wave = channel.sine_part * sine[lane] + channel.cosine_part * cosine[lane]
         u[lane] = channel.c0 + wave
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def add_sines(rows, sine, cosine, u):
+def add_sines(channel_rows, sine, cosine, u):
     """Add the values of a channel's sines."""
     for lane in range(LANES):
-        channel = channel_of(rows, lane)
+        channel = channel_of(channel_rows, lane)
         wave = channel.sine_part * sine[lane] + channel.cosine_part * cosine[lane]
         u[lane] = u[lane] + wave
 
 
 @lane_loop(types.void(abi.POINTER, types.float64))
-def set_times(control, c):
+def set_times(rows, c):
     """Times of a stage: AT the stage's own, SIDE strictly inside the step, as `side_of` says."""
     for lane in range(LANES):
-        its = lane_of(control, lane)
+        its = lane_of(rows, lane)
         t, h = its.t, its.h
         its.at = t + c * h
         near, half = INSET * abs(t), 0.5 * h
@@ -75,11 +75,11 @@ def set_times(control, c):
 
 
 @lane_loop(types.int64(abi.POINTER))
-def outside(control):
+def outside(rows):
     """How many lanes look their inputs up outside the pieces at hand."""
     found = 0
     for lane in range(LANES):
-        its = lane_of(control, lane)
+        its = lane_of(rows, lane)
         side = its.side
         found += (side < its.low) | (side >= its.high)
     return found
@@ -110,19 +110,19 @@ def read_inputs(batch, pack, whole):
     kind, leader = integers(pack.kind, batch.n_watched), integers(pack.leader, batch.n_watched)
     times = doubles(pack.control + ROW * AT)
     for i in range(batch.n_watched if whole else batch.n_inputs):
-        rows, u = doubles(pack.inputs + ROW * INPUT_ROWS * i), doubles(pack.u + ROW * i)
+        channel_rows, u = doubles(pack.inputs + ROW * INPUT_ROWS * i), doubles(pack.u + ROW * i)
         if kind[i] == TABLE:
             continue
         if kind[i] & CUBIC:
-            cubic_values(times, rows, u)
+            cubic_values(times, channel_rows, u)
         if kind[i] & SINE:
             waves = pack.turns + 2 * ROW * leader[i]
             if leader[i] == i:
-                turn(doubles(pack.control), rows, doubles(waves), doubles(waves + ROW))
+                turn(doubles(pack.control), channel_rows, doubles(waves), doubles(waves + ROW))
             if kind[i] & CUBIC:
-                add_sines(rows, doubles(waves), doubles(waves + ROW), u)
+                add_sines(channel_rows, doubles(waves), doubles(waves + ROW), u)
             else:
-                sine_values(rows, doubles(waves), doubles(waves + ROW), u)
+                sine_values(channel_rows, doubles(waves), doubles(waves + ROW), u)
     if whole:
         read_tables(batch, pack, batch.all_even, batch.all_guided)
     else:

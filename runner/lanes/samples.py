@@ -79,10 +79,10 @@ def write_samples(batch, pack, near):
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, types.int64, types.int64))
-def weigh(control, P, weights, stages, degree):
+def weigh(rows, P, weights, stages, degree):
     """Weights of the slopes in dense output, rows of lanes: polynomials in THETA, (AT - T) / H, times H."""
     for lane in range(LANES):
-        its = lane_of(control, lane)
+        its = lane_of(rows, lane)
         behind = its.at - its.t
         its.theta = behind / its.h
     for i in range(stages):
@@ -91,11 +91,11 @@ def weigh(control, P, weights, stages, degree):
         for j in range(degree - 1, -1, -1):
             for lane in range(LANES):
                 weight = weights[i * LANES + lane] + P[j * MOST_STAGES + i]
-                weights[i * LANES + lane] = weight * lane_of(control, lane).theta
+                weights[i * LANES + lane] = weight * lane_of(rows, lane).theta
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER, types.int64, types.int64))
-def interpolate(control, weights, now, slopes, x, n, stages):
+def interpolate(rows, weights, now, slopes, x, n, stages):
     """States within the step: x = now + H * (weights times the slopes), rows of lanes."""
     for m in range(n):
         for lane in range(LANES):
@@ -106,7 +106,7 @@ def interpolate(control, weights, now, slopes, x, n, stages):
                 x[m * LANES + lane] += weights[i * LANES + lane] * slopes[(i * n + m) * LANES + lane]
     for m in range(n):
         for lane in range(LANES):
-            x[m * LANES + lane] = now[m * LANES + lane] + lane_of(control, lane).h * x[m * LANES + lane]
+            x[m * LANES + lane] = now[m * LANES + lane] + lane_of(rows, lane).h * x[m * LANES + lane]
 
 
 @compiled(**LEAN)
@@ -131,9 +131,9 @@ def write_samples_within(batch, pack, pair):
         if its.good > 0.0 and its.sample < its.target:
             integers(pack.evaluations, LANES)[lane] += pair.all_stages - pair.next_slope - 1
     while aim(batch, pack) > 0:
-        control, weights, x = doubles(pack.control), doubles(pack.weights), doubles(pack.stage)
-        weigh(control, doubles(pair.P), weights, pair.all_stages, pair.degree)
-        interpolate(control, weights, doubles(pack.now), doubles(pack.slopes), x, batch.n, pair.all_stages)
+        rows, weights, x = doubles(pack.control), doubles(pack.weights), doubles(pack.stage)
+        weigh(rows, doubles(pair.P), weights, pair.all_stages, pair.degree)
+        interpolate(rows, weights, doubles(pack.now), doubles(pack.slopes), x, batch.n, pair.all_stages)
         if batch.needs_outputs:
             look_up(batch.look_up, batch, pack, 1)
         for lane in range(LANES):

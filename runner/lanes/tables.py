@@ -26,12 +26,12 @@ EVEN, GUIDED = 1, 2
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64))
-def find_even(control, inputs, channels, count):
+def find_even(rows, inputs, channels, count):
     """PLACE, the piece at the time SIDE, and SINCE, how far the argument at the time AT is behind its start."""
     for j in range(count):
         first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            its, channel = lane_of(rows, lane), channel_of(inputs, first + lane)
             rate, offset = channel.rate, channel.offset
             begin, last = channel.begin, channel.buckets
             x = (rate * its.side + offset - begin) * channel.per_length + 1.0
@@ -44,12 +44,12 @@ def find_even(control, inputs, channels, count):
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, INTEGERS))
-def find_guided(control, inputs, channels, count, guide):
+def find_guided(rows, inputs, channels, count, guide):
     """PLACE as the guide tells it: the piece at the time SIDE, or one a little before."""
     for j in range(count):
         first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            its, channel = lane_of(rows, lane), channel_of(inputs, first + lane)
             tau = channel.rate * its.side + channel.offset
             begin, last = channel.begin, channel.buckets
             x = (tau - begin) * channel.per_length + 1.0
@@ -59,12 +59,12 @@ def find_guided(control, inputs, channels, count, guide):
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, abi.POINTER))
-def go_on(control, inputs, channels, count, pieces):
+def go_on(rows, inputs, channels, count, pieces):
     """PLACE one piece further where the next one has begun."""
     for j in range(count):
         first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            its, channel = lane_of(rows, lane), channel_of(inputs, first + lane)
             tau = channel.rate * its.side + channel.offset
             place = bits_of(channel.place)
             further = (pieces[(place >> 3) + 8] <= tau) & (float(place) < channel.last)
@@ -72,12 +72,12 @@ def go_on(control, inputs, channels, count, pieces):
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, INTEGERS, types.int64, abi.POINTER))
-def measure(control, inputs, channels, count, pieces):
+def measure(rows, inputs, channels, count, pieces):
     """SINCE, where the start of a piece must be read."""
     for j in range(count):
         first = INPUT_ROWS * LANES * channels[j]
         for lane in range(LANES):
-            its, channel = lane_of(control, lane), channel_of(inputs, first + lane)
+            its, channel = lane_of(rows, lane), channel_of(inputs, first + lane)
             tau = channel.rate * its.at + channel.offset
             place = bits_of(channel.place)
             channel.since = tau - pieces[place >> 3]
@@ -132,16 +132,16 @@ def read_pieces(channels, count, order, inputs, pieces, u):
 @compiled(**LEAN)
 def read_tables(batch, pack, n_even, n_guided):
     """Write the first so many of the channels that read tables of even pieces, and of those with a guide."""
-    control, inputs, order = doubles(pack.control), doubles(pack.inputs), numbers(batch.order)
+    rows, inputs, order = doubles(pack.control), doubles(pack.inputs), numbers(batch.order)
     if n_even > 0:
-        find_even(control, inputs, numbers(batch.even), n_even)
+        find_even(rows, inputs, numbers(batch.even), n_even)
         read_pieces(numbers(batch.even), n_even, order, pack.inputs, batch.pieces, pack.u)
     if n_guided > 0:
         channels, pieces = numbers(batch.guided), doubles(batch.pieces)
-        find_guided(control, inputs, channels, n_guided, numbers(batch.guide))
+        find_guided(rows, inputs, channels, n_guided, numbers(batch.guide))
         for _ in range(batch.hops):
-            go_on(control, inputs, channels, n_guided, pieces)
-        measure(control, inputs, channels, n_guided, pieces)
+            go_on(rows, inputs, channels, n_guided, pieces)
+        measure(rows, inputs, channels, n_guided, pieces)
         read_pieces(channels, n_guided, order, pack.inputs, batch.pieces, pack.u)
 
 

@@ -47,7 +47,7 @@ def run_in_lanes(
     def work(stop: Event) -> None:
         pack, arrays = make_pack(batch, driver.slopes)
         if driver.start(batch, pack, *driver.start_arguments):
-            while driver.advance(batch, pack, *driver.arguments, most_steps) == Status.RUNNING and not stop.is_set():
+            while driver.loop(batch, pack, *driver.arguments, most_steps) == Status.RUNNING and not stop.is_set():
                 pass
         del arrays  # The loop knew them by address: they had to live until here.
 
@@ -64,7 +64,7 @@ class Driver:
     """
 
     start: Any
-    advance: Any
+    loop: Any
     start_arguments: tuple[Any, ...]
     arguments: tuple[Any, ...]
     slopes: int
@@ -79,12 +79,12 @@ def driver_for(method: Method, options: Options) -> Driver:
         raise ValueError(f"method {method.name!r} does not run in lanes")
     if pair is None:
         c = tableau.c.copy()
-        loop = fixed.advance(method.name, tableau.stages)
+        loop = fixed.compiled_loop(method.name, tableau.stages)
         functions = _addresses(look_up=(read_inputs, LOOK_UP), settle=(land, LAND))
         return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, functions, c)
     coefficients, table = pair_for(pair)
     control = control_for(pair.controller, pair.error_order, options.least_rtol, options.divergence_limit)
-    loop = adaptive.advance(method.name, pair.dense.stages, pair.next_slope)
+    loop = adaptive.compiled_loop(method.name, pair.dense.stages, pair.next_slope)
     longest = float(pair.longest_step)
     arguments = (coefficients, control, longest)
     functions = _addresses(
