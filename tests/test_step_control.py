@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from qddot.runner.explicit.tableau_adaptive import DORMAND_PRINCE_54
-from qddot.runner.explicit.tableau_dop853 import DOP853
 from qddot.runner.frame import step_control
 from qddot.runner.frame.step_control import Factors, after_failure, after_success, control_for, of_two_estimates
+from qddot.runner.methods import find_method
 
 ERRORS = some.floats(1e-12, 1e12)
 
@@ -35,7 +34,7 @@ def test_factors_of_hairers_dopri5(error, last):
 @given(ERRORS)
 def test_factors_of_matlabs_ode45(error):
     """ode45: absh / (1.25 err^(1/5)), at most 5 times; after a failure at least 0.1 times, then half."""
-    matlab = factors("matlab", DORMAND_PRINCE_54.error_order)
+    matlab = factors("matlab", find_method("ode45").pair.error_order)
     assert after_success(matlab, error, 1.0, False) == pytest.approx(min(5, 0.8 * error**-0.2), rel=1e-13)
     assert after_success(matlab, error, 1.0, True) == 1.0
     assert after_failure(matlab, error, 1) == pytest.approx(max(0.1, 0.8 * error**-0.2), rel=1e-13)
@@ -44,7 +43,7 @@ def test_factors_of_matlabs_ode45(error):
 
 @pytest.mark.parametrize("name", ["standard", "pi"])
 def test_a_step_that_failed_does_not_grow_and_an_error_of_zero_gives_the_longest(name):
-    dop853 = factors(name, DOP853.error_order)
+    dop853 = factors(name, find_method("dop853").pair.error_order)
     assert after_success(dop853, 1e-9, 1e-9, True) == 1.0
     assert after_success(dop853, 0.0, 0.0, False) == 6.0
     assert after_failure(dop853, math.inf, 1) == pytest.approx(1 / 3)
