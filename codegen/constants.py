@@ -1,5 +1,6 @@
 """Parameter-only arithmetic out of the hot kernel, into constants computed once a run."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import symengine as se
@@ -19,13 +20,15 @@ _POWERS = {
 _LONGEST = 32
 
 
-def hoist(kernel: Kernel, parameters: frozenset[Any], names: Names) -> tuple[tuple[Assignment, ...], Kernel]:
+def hoist(
+    kernel: Kernel, parameters: frozenset[Any], names: Names, known: Iterable[Assignment] = ()
+) -> tuple[tuple[Assignment, ...], Kernel]:
     """Split a kernel into constants, (symbol, expression) in parameters and earlier constants, and what is left.
 
     Whole parameter-only subexpressions and the parameter-only parts of products and sums become constants, divisions by
-    parameters with them. The kernel that is left reads the constants.
+    parameters with them. The kernel that is left reads the constants. known: constants that there are.
     """
-    hoisting = _Hoisting(set(parameters), names)
+    hoisting = _Hoisting(set(parameters), names, known)
     kept: list[Assignment] = []
     for symbol, expression in kernel.temporaries:
         if expression.free_symbols <= hoisting.constant | hoisting.renamed.keys():
@@ -38,11 +41,11 @@ def hoist(kernel: Kernel, parameters: frozenset[Any], names: Names) -> tuple[tup
 
 
 class _Hoisting:
-    def __init__(self, constant: set[Any], names: Names) -> None:
+    def __init__(self, constant: set[Any], names: Names, known: Iterable[Assignment]) -> None:
         self.constant = constant
         self.names = names
         self.assignments: list[Assignment] = []
-        self.known: dict[Any, Any] = {}
+        self.known: dict[Any, Any] = {expression: symbol for symbol, expression in known}
         self.renamed: dict[Any, Any] = {}
 
     def move(self, symbol: Any, expression: Any) -> None:

@@ -10,6 +10,7 @@ import symengine as se
 from qddot.codegen.elimination import Factors, factorize, solve
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.recurrences_squares import squares
 from qddot.codegen.rewrite import Names
 
 Matrix = dict[tuple[int, int], Any]
@@ -49,6 +50,28 @@ class Drafts:
         """Dx = [qdot, M^-1 f]."""
         derivatives = (*self._equations.velocities, *self._accelerations)
         return Draft((*self._moving, *self._solution), _vector("derivative", derivatives))
+
+    def balance(self) -> Draft | None:
+        """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; see `recurrences`.
+
+        None where M is constant: then the right-hand side says it all.
+        """
+        equations = self._equations
+        if self._fixed_mass:
+            return None
+        weights = squares(equations)
+        if weights is None:
+            return Draft(self._moving, (*_vector("force", equations.forces), *_matrix(equations.mass)))
+        places = list(weights)
+        rows = zip(equations.applied, equations.dissipative, equations.conservative, strict=True)
+        entries = {
+            (a, b): weights[place].get(places[b], se.Integer(0)) for a, place in enumerate(places) for b in range(a + 1)
+        }
+        forces = _vector("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
+        turning = _vector("turning", [g for _, g in places])
+        return Draft(
+            self._moving, (*forces, *turning, *((Slot("weight", place), value) for place, value in entries.items()))
+        )
 
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""

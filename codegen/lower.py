@@ -53,8 +53,9 @@ def lower(equations: Equations) -> Program:
     _refuse_names(equations)
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
+    balance = lowering.balance()
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
-    program = _laid_out(equations, {"rhs": rhs, **others}, lowering.assignments, lowering.drafts.linear)
+    program = _laid_out(equations, {"rhs": rhs, **balance, **others}, lowering.assignments, lowering.drafts.linear)
     if not equations.positions:
         return program
     return replace(program, kernels={**program.kernels, "positions": lowering.positions()})
@@ -97,6 +98,16 @@ class _Lowering:
         hoisted, rhs = hoist(self.finish(self.drafts.rhs()), parameters, self.names)
         self._assign(hoisted)
         return prune(rhs)
+
+    def balance(self) -> dict[str, Kernel]:
+        """What the recurrences are made of where the right-hand side will not do; what is constant in it joins, too."""
+        draft = self.drafts.balance()
+        if draft is None:
+            return {}
+        parameters = self.parameters | {symbol for symbol, _ in self.assignments}
+        hoisted, kernel = hoist(self.finish(draft), parameters, self.names, self.assignments)
+        self._assign(hoisted)
+        return {"balance": prune(kernel)}
 
     def finish(self, draft: Draft) -> Kernel:
         """A draft optimized, with the constants known so far."""

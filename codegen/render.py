@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import groupby
+from textwrap import fill
 from typing import Any
 
 import sympy
@@ -11,6 +12,7 @@ from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lower import Program
 from qddot.codegen.printer import Printer
 from qddot.codegen.ranges import compressed, kind
+from qddot.codegen.recurrences_motion import recurrences
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
 
 #: Characters of a line within a function.
@@ -24,6 +26,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
     """
     equations = program.equations
     functions = [_function(program, name, program.kernels[name]) for name in HEADS if name in program.kernels]
+    rows, missing = recurrences(equations, program.kernels, program.constants)
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
     return (
         environment("python")
@@ -49,6 +52,8 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             coordinates=len(equations.coordinates),
             patterns={name: program.pattern(name) for name in MATRICES},
             linear=program.linear,
+            recurrences=[fill(row, 116, subsequent_indent="    ", break_long_words=False) for row in rows],
+            without_recurrence=missing,
             mass_matrix=equations.mass_matrix,
             uses_math="math." in body,
             functions=functions,

@@ -68,8 +68,10 @@ def reserved() -> frozenset[str]:
 
     They are read off the template, rendered without a model's lines, and off what the printer writes.
     """
-    single = {"source": "", "sympy": "", "mass_matrix": "", "coordinates": 0, "rhs_inputs": 0, "linear": False}
-    tables = dict.fromkeys(("origin", "state", "inputs", "positions", "outputs", "parameters", "constants"), ())
+    single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
+    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False}
+    rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences")
+    tables = dict.fromkeys(rows, ())
     dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": {}}
     text = (
         environment("python")

@@ -45,12 +45,46 @@ PARAMETER = (
 PARAMETER_SETS = {}
 
 # what follows the parameters in `constants`
-CONSTANT = ("inverse_pivot_1", "L_times_m_p", "half_L_times_m_p", "third_L_squared_times_m_p", "half_g")
+CONSTANT = (
+    "inverse_pivot_1",
+    "L_times_m_p",
+    "half_L_times_m_p",
+    "third_L_squared_times_m_p",
+    "half_g",
+    "half_g_times_L_times_m_p",
+    "constant_1",
+    "m_c_plus_m_p",
+    "quarter_L_squared_times_m_p",
+)
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = ((2,), (3,), (1, 2, 3), (1, 2, 3))
 INPUT_JACOBIAN = ((), (), (0,), (0,))
 MASS = ((0,), (0, 1))
+
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+x integral 1 xdot
+theta integral 1 thetadot
+xdot integral 1 xddot
+thetadot integral 1 thetaddot
+sin_theta integral 1 node_1 sin theta
+cos_theta integral -1 node_2 cos theta
+node_1 integral 1 rate_node_1 product cos_theta thetadot
+node_2 integral 1 rate_node_2 product sin_theta thetadot
+rate_node_1 rate cos_theta thetadot thetaddot
+rate_node_2 rate sin_theta thetadot thetaddot
+node_3 product cos_theta cos_theta
+node_4 linear half_L_times_m_p xddot quarter_L_squared_times_m_p rate_node_1
+node_5 product cos_theta node_4
+node_6 product sin_theta sin_theta
+node_7 product rate_node_2 sin_theta
+node_8 linear constant_1 1 quarter_L_squared_times_m_p node_3 quarter_L_squared_times_m_p node_6
+force_1 linear -c_x xdot 1 F -half_L_times_m_p rate_node_1
+xddot solved force_1 m_c_plus_m_p 1 xddot half_L_times_m_p cos_theta thetaddot
+force_2 linear -c_theta thetadot half_g_times_L_times_m_p sin_theta -1 node_5 -quarter_L_squared_times_m_p node_7
+thetaddot solved force_2 half_L_times_m_p cos_theta xddot 1 node_8 thetaddot
+"""
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -68,12 +102,21 @@ def constants(parameters, constants):
     half_L_times_m_p = 0.5 * L_times_m_p
     third_L_squared_times_m_p = 0.3333333333333333 * L * L * m_p
     half_g = 0.5 * g
+    L_squared_times_m_p = L * L * m_p
+    half_g_times_L_times_m_p = half_g * L_times_m_p
+    constant_1 = 0.08333333333333333 * L_squared_times_m_p
+    m_c_plus_m_p = m_c + m_p
+    quarter_L_squared_times_m_p = 0.25 * L_squared_times_m_p
 
     constants[6] = inverse_pivot_1
     constants[7] = L_times_m_p
     constants[8] = half_L_times_m_p
     constants[9] = third_L_squared_times_m_p
     constants[10] = half_g
+    constants[11] = half_g_times_L_times_m_p
+    constants[12] = constant_1
+    constants[13] = m_c_plus_m_p
+    constants[14] = quarter_L_squared_times_m_p
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -170,12 +213,11 @@ def input_jacobian(t, state, inputs, constants, values):
 def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
     theta = state[1]
-    m_c = constants[0]
-    m_p = constants[1]
     half_L_times_m_p = constants[8]
     third_L_squared_times_m_p = constants[9]
+    m_c_plus_m_p = constants[13]
 
-    values[0] = m_c + m_p  # [0, 0]
+    values[0] = m_c_plus_m_p  # [0, 0]
     values[1] = half_L_times_m_p * math.cos(theta)  # [1, 0]
     values[2] = third_L_squared_times_m_p  # [1, 1]
 

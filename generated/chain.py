@@ -69,6 +69,59 @@ JACOBIAN = (
 INPUT_JACOBIAN = ((), (), (), (), (), (), (), (), (), (), (0, 1), (), (), (), (), (), (), (), (), ())
 MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,), (7,), (8,), (9,))
 
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+q_1 integral 1 qdot_1
+q_2 integral 1 qdot_2
+q_3 integral 1 qdot_3
+q_4 integral 1 qdot_4
+q_5 integral 1 qdot_5
+q_6 integral 1 qdot_6
+q_7 integral 1 qdot_7
+q_8 integral 1 qdot_8
+q_9 integral 1 qdot_9
+q_10 integral 1 qdot_10
+qdot_1 integral 1 qddot_1
+qdot_2 integral 1 node_1
+qdot_3 integral 1 node_2
+qdot_4 integral 1 node_3
+qdot_5 integral 1 node_4
+qdot_6 integral 1 node_5
+qdot_7 integral 1 node_6
+qdot_8 integral 1 node_7
+qdot_9 integral 1 node_8
+qdot_10 integral 1 node_9
+tmp_1 linear -1 q_1 1 q_2
+tmp_2 linear -1 qdot_1 1 qdot_2
+qddot_1 linear c*inverse_m tmp_2 c*inverse_m wdot -c*inverse_m qdot_1 inverse_m*k tmp_1 inverse_m*k w -inverse_m*k
+    q_1
+tmp_3 linear -1 q_2 1 q_3
+tmp_4 linear -1 qdot_2 1 qdot_3
+tmp_5 linear -1 q_3 1 q_4
+tmp_6 linear -1 qdot_3 1 qdot_4
+tmp_7 linear -1 q_4 1 q_5
+tmp_8 linear -1 qdot_4 1 qdot_5
+tmp_9 linear -1 q_5 1 q_6
+tmp_10 linear -1 qdot_5 1 qdot_6
+tmp_11 linear -1 q_6 1 q_7
+tmp_12 linear -1 qdot_6 1 qdot_7
+tmp_13 linear -1 q_7 1 q_8
+tmp_14 linear -1 qdot_7 1 qdot_8
+tmp_15 linear -1 q_8 1 q_9
+tmp_16 linear -1 qdot_8 1 qdot_9
+tmp_17 linear -1 q_9 1 q_10
+tmp_18 linear -1 qdot_9 1 qdot_10
+node_1 linear c*inverse_m tmp_4 -c*inverse_m tmp_2 inverse_m*k tmp_3 -inverse_m*k tmp_1
+node_2 linear c*inverse_m tmp_6 -c*inverse_m tmp_4 inverse_m*k tmp_5 -inverse_m*k tmp_3
+node_3 linear c*inverse_m tmp_8 -c*inverse_m tmp_6 inverse_m*k tmp_7 -inverse_m*k tmp_5
+node_4 linear c*inverse_m tmp_10 -c*inverse_m tmp_8 inverse_m*k tmp_9 -inverse_m*k tmp_7
+node_5 linear c*inverse_m tmp_12 -c*inverse_m tmp_10 inverse_m*k tmp_11 -inverse_m*k tmp_9
+node_6 linear c*inverse_m tmp_14 -c*inverse_m tmp_12 inverse_m*k tmp_13 -inverse_m*k tmp_11
+node_7 linear c*inverse_m tmp_16 -c*inverse_m tmp_14 inverse_m*k tmp_15 -inverse_m*k tmp_13
+node_8 linear c*inverse_m tmp_18 -c*inverse_m tmp_16 inverse_m*k tmp_17 -inverse_m*k tmp_15
+node_9 linear -c*inverse_m tmp_18 -inverse_m*k tmp_17
+"""
+
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):

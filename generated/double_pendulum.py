@@ -56,12 +56,48 @@ CONSTANT = (
     "l_1_times_l_2_times_m_2",
     "g_times_m_1_plus_m_2",
     "l_2_squared_times_m_2",
+    "l_1_squared_times_m_1_plus_m_2",
 )
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = ((2,), (3,), (0, 1, 2, 3), (0, 1, 2, 3))
 INPUT_JACOBIAN = ((), (), (), ())
 MASS = ((0,), (0, 1))
+
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+theta_1 integral 1 thetadot_1
+theta_2 integral 1 thetadot_2
+thetadot_1 integral 1 thetaddot_1
+thetadot_2 integral 1 thetaddot_2
+tmp_1 linear -1 theta_1 1 theta_2
+sin_tmp_1 integral 1 node_2 sin tmp_1
+cos_tmp_1 integral -1 node_3 cos tmp_1
+node_1 linear -1 thetadot_1 1 thetadot_2
+node_2 product cos_tmp_1 node_1
+node_3 product node_1 sin_tmp_1
+tmp_2 linear -c_2 thetadot_1 c_2 thetadot_2
+sin_theta_1 integral 1 node_4 sin theta_1
+cos_theta_1 integral -1 node_5 cos theta_1
+node_4 product cos_theta_1 thetadot_1
+node_5 product sin_theta_1 thetadot_1
+node_6 product thetadot_2 thetadot_2
+node_7 product node_6 sin_tmp_1
+sin_theta_2 integral 1 node_8 sin theta_2
+cos_theta_2 integral -1 node_9 cos theta_2
+node_8 product cos_theta_2 thetadot_2
+node_9 product sin_theta_2 thetadot_2
+node_10 product thetadot_1 thetadot_1
+node_11 product node_10 sin_tmp_1
+node_12 lagging cos_tmp_1 thetaddot_2
+node_13 lagging cos_tmp_1 thetaddot_1
+force_1 linear -c_1 thetadot_1 -g_times_m_1_plus_m_2*l_1 sin_theta_1 l_1*l_2_times_m_2 node_7 1 tmp_2
+    -l_1_times_l_2_times_m_2 node_12
+thetaddot_1 solved force_1 l_1_squared_times_m_1_plus_m_2 1 thetaddot_1 l_1_times_l_2_times_m_2 cos_tmp_1
+    thetaddot_2
+force_2 linear -g*l_2_times_m_2 sin_theta_2 -l_1*l_2_times_m_2 node_11 -1 tmp_2 -l_1_times_l_2_times_m_2 node_13
+thetaddot_2 solved force_2 l_1_times_l_2_times_m_2 cos_tmp_1 thetaddot_1 l_2_squared_times_m_2 1 thetaddot_2
+"""
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -79,6 +115,7 @@ def constants(parameters, constants):
     l_1_times_l_2_times_m_2 = l_1 * l_2_times_m_2
     g_times_m_1_plus_m_2 = g * m_1_plus_m_2
     l_2_squared_times_m_2 = l_2 * l_2 * m_2
+    l_1_squared_times_m_1_plus_m_2 = l_1 * l_1 * m_1_plus_m_2
 
     constants[7] = m_1_plus_m_2
     constants[8] = inverse_pivot_1
@@ -86,6 +123,7 @@ def constants(parameters, constants):
     constants[10] = l_1_times_l_2_times_m_2
     constants[11] = g_times_m_1_plus_m_2
     constants[12] = l_2_squared_times_m_2
+    constants[13] = l_1_squared_times_m_1_plus_m_2
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -192,12 +230,11 @@ def input_jacobian(t, state, inputs, constants, values):
 def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
     theta_1, theta_2 = state[0], state[1]
-    l_1 = constants[2]
-    m_1_plus_m_2 = constants[7]
     l_1_times_l_2_times_m_2 = constants[10]
     l_2_squared_times_m_2 = constants[12]
+    l_1_squared_times_m_1_plus_m_2 = constants[13]
 
-    values[0] = m_1_plus_m_2 * l_1 * l_1  # [0, 0]
+    values[0] = l_1_squared_times_m_1_plus_m_2  # [0, 0]
     values[1] = l_1_times_l_2_times_m_2 * math.cos(theta_2 - theta_1)  # [1, 0]
     values[2] = l_2_squared_times_m_2  # [1, 1]
 

@@ -84,6 +84,28 @@ JACOBIAN = (
 INPUT_JACOBIAN = ((), (), (), (), (), (), (0,), (1,))
 MASS = ((0,), (1,), (2,), (3,))
 
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+z_b integral 1 zdot_b
+theta integral 1 thetadot
+z_f integral 1 zdot_f
+z_r integral 1 zdot_r
+zdot_b integral 1 node_1
+thetadot integral 1 node_2
+zdot_f integral 1 node_3
+zdot_r integral 1 node_4
+delta_f linear -1 z_f a_f theta 1 z_b
+deltadot_f linear -1 zdot_f a_f thetadot 1 zdot_b
+delta_r linear -a_r theta -1 z_r 1 z_b
+deltadot_r linear -a_r thetadot -1 zdot_r 1 zdot_b
+tmp_1 linear c_f deltadot_f k_f delta_f
+tmp_2 linear c_r deltadot_r k_r delta_r
+node_1 linear -inverse_m_b tmp_1 -inverse_m_b tmp_2
+node_2 linear -a_f*inverse_I_b tmp_1 a_r*inverse_I_b tmp_2
+node_3 linear inverse_m_f*k_tf w_f -inverse_m_f*k_tf z_f inverse_m_f tmp_1
+node_4 linear inverse_m_r*k_tr w_r -inverse_m_r*k_tr z_r inverse_m_r tmp_2
+"""
+
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):

@@ -112,6 +112,42 @@ JACOBIAN = (
 INPUT_JACOBIAN = ((), (), (), (), (), (), (), (0,), (1,), (2,), (3,), (4,), (), (5,))
 MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,))
 
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+q_1 integral 1 qdot_1
+q_2 integral 1 qdot_2
+q_3 integral 1 qdot_3
+q_4 integral 1 qdot_4
+q_5 integral 1 qdot_5
+q_6 integral 1 qdot_6
+q_7 integral 1 qdot_7
+qdot_1 integral 1 qddot_1
+qdot_2 integral 1 qddot_2
+qdot_3 integral 1 qddot_3
+qdot_4 integral 1 qddot_4
+qdot_5 integral 1 qddot_5
+qdot_6 integral 1 qddot_6
+qdot_7 integral 1 qddot_7
+d_1 linear -1 q_1 a_1 q_7 1 q_6
+ddot_1 linear -1 qdot_1 a_1 qdot_7 1 qdot_6
+d_2 linear -1 q_2 a_2 q_7 1 q_6
+d_3 linear -1 q_3 a_3 q_7 1 q_6
+d_4 linear -1 q_4 a_4 q_7 1 q_6
+d_5 linear -1 q_5 a_5 q_7 1 q_6
+ddot_5 linear -1 qdot_5 a_5 qdot_7 1 qdot_6
+tmp_1 linear c_6 ddot_1 k_6 d_1
+qddot_1 linear -g_times_m_1*inverse_m_1 1 inverse_m_1*k_1 z_1 -inverse_m_1*k_1 q_1 inverse_m_1 tmp_1
+qddot_2 linear -g_times_m_2*inverse_m_2 1 inverse_m_2*k_2 z_2 -inverse_m_2*k_2 q_2 inverse_m_2*k_7 d_2
+qddot_3 linear -g_times_m_3*inverse_m_3 1 inverse_m_3*k_3 z_3 -inverse_m_3*k_3 q_3 inverse_m_3*k_8 d_3
+qddot_4 linear -g_times_m_4*inverse_m_4 1 inverse_m_4*k_4 z_4 -inverse_m_4*k_4 q_4 inverse_m_4*k_9 d_4
+tmp_5 linear c_10 ddot_5 k_10 d_5
+qddot_5 linear -g_times_m_5*inverse_m_5 1 inverse_m_5*k_5 z_5 -inverse_m_5*k_5 q_5 inverse_m_5 tmp_5
+qddot_6 linear -g_times_m_6*inverse_m_6 1 -inverse_m_6 tmp_1 -inverse_m_6*k_7 d_2 -inverse_m_6*k_8 d_3
+    -inverse_m_6*k_9 d_4 -inverse_m_6 tmp_5
+qddot_7 linear -inverse_I_6*l_10_minus_l_9 F -a_1*inverse_I_6 tmp_1 -a_2*inverse_I_6*k_7 d_2 -a_3*inverse_I_6*k_8
+    d_3 -a_4*inverse_I_6*k_9 d_4 -a_5*inverse_I_6 tmp_5
+"""
+
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):

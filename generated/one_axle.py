@@ -49,6 +49,13 @@ JACOBIAN = ((1,), (0,))
 INPUT_JACOBIAN = ((), ())
 MASS = ((0,),)
 
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+q_2 integral 1 qdot_2
+qdot_2 integral 1 node_1
+node_1 linear -g_times_m_2*inverse_m_2 1 -inverse_m_2*k_2_plus_k_7 q_2
+"""
+
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):

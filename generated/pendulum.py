@@ -52,12 +52,82 @@ CONSTANT = (
     "g_times_L",
     "three_times_g_times_L",
     "twice_g_times_L",
+    "g_times_L_times_m",
+    "three_times_g_times_L_times_m",
+    "twice_g_times_L_times_m",
+    "three_times_L_squared_times_m",
 )
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = ((3,), (4,), (5,), (0, 1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5))
 INPUT_JACOBIAN = ((), (), (), (), (), ())
 MASS = ((0,), (0, 1), (0, 1, 2))
+
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+theta_1 integral 1 thetadot_1
+theta_2 integral 1 thetadot_2
+theta_3 integral 1 thetadot_3
+thetadot_1 integral 1 thetaddot_1
+thetadot_2 integral 1 thetaddot_2
+thetadot_3 integral 1 thetaddot_3
+sin_theta_1 integral 1 node_1 sin theta_1
+cos_theta_1 integral -1 node_2 cos theta_1
+node_1 integral 1 rate_node_1 product cos_theta_1 thetadot_1
+node_2 integral 1 rate_node_2 product sin_theta_1 thetadot_1
+sin_theta_2 integral 1 node_3 sin theta_2
+cos_theta_2 integral -1 node_4 cos theta_2
+node_3 integral 1 rate_node_3 product cos_theta_2 thetadot_2
+node_4 integral 1 rate_node_4 product sin_theta_2 thetadot_2
+sin_theta_3 integral 1 node_5 sin theta_3
+cos_theta_3 integral -1 node_6 cos theta_3
+node_5 integral 1 rate_node_5 product cos_theta_3 thetadot_3
+node_6 integral 1 rate_node_6 product sin_theta_3 thetadot_3
+rate_node_1 rate cos_theta_1 thetadot_1 thetaddot_1
+rate_node_3 rate cos_theta_2 thetadot_2 thetaddot_2
+rate_node_5 rate cos_theta_3 thetadot_3 thetaddot_3
+rate_node_2 rate sin_theta_1 thetadot_1 thetaddot_1
+rate_node_4 rate sin_theta_2 thetadot_2 thetaddot_2
+rate_node_6 rate sin_theta_3 thetadot_3 thetaddot_3
+node_7 product cos_theta_1 cos_theta_1
+node_8 linear three_times_L_squared_times_m rate_node_1 twice_L_squared_times_m rate_node_3 L_squared_times_m
+    rate_node_5
+node_9 product cos_theta_1 node_8
+node_10 product cos_theta_1 cos_theta_2
+node_11 product cos_theta_2 cos_theta_2
+node_12 linear twice_L_squared_times_m rate_node_1 twice_L_squared_times_m rate_node_3 L_squared_times_m rate_node_5
+node_13 product cos_theta_2 node_12
+node_14 product cos_theta_1 cos_theta_3
+node_15 product cos_theta_2 cos_theta_3
+node_16 product cos_theta_3 cos_theta_3
+node_17 linear L_squared_times_m rate_node_1 L_squared_times_m rate_node_3 L_squared_times_m rate_node_5
+node_18 product cos_theta_3 node_17
+node_19 product sin_theta_1 sin_theta_1
+node_20 linear three_times_L_squared_times_m rate_node_2 twice_L_squared_times_m rate_node_4 L_squared_times_m
+    rate_node_6
+node_21 product node_20 sin_theta_1
+node_22 product sin_theta_1 sin_theta_2
+node_23 product sin_theta_2 sin_theta_2
+node_24 linear twice_L_squared_times_m rate_node_2 twice_L_squared_times_m rate_node_4 L_squared_times_m rate_node_6
+node_25 product node_24 sin_theta_2
+node_26 product sin_theta_1 sin_theta_3
+node_27 product sin_theta_2 sin_theta_3
+node_28 product sin_theta_3 sin_theta_3
+node_29 linear L_squared_times_m rate_node_2 L_squared_times_m rate_node_4 L_squared_times_m rate_node_6
+node_30 product node_29 sin_theta_3
+node_31 linear three_times_L_squared_times_m node_7 three_times_L_squared_times_m node_19
+node_32 linear twice_L_squared_times_m node_10 twice_L_squared_times_m node_22
+node_33 linear twice_L_squared_times_m node_11 twice_L_squared_times_m node_23
+node_34 linear L_squared_times_m node_14 L_squared_times_m node_26
+node_35 linear L_squared_times_m node_15 L_squared_times_m node_27
+node_36 linear L_squared_times_m node_16 L_squared_times_m node_28
+force_1 linear c thetadot_2 -2*c thetadot_1 -three_times_g_times_L_times_m sin_theta_1 -1 node_9 -1 node_21
+thetaddot_1 solved force_1 1 node_31 thetaddot_1 1 node_32 thetaddot_2 1 node_34 thetaddot_3
+force_2 linear c thetadot_1 c thetadot_3 -2*c thetadot_2 -twice_g_times_L_times_m sin_theta_2 -1 node_13 -1 node_25
+thetaddot_2 solved force_2 1 node_32 thetaddot_1 1 node_33 thetaddot_2 1 node_35 thetaddot_3
+force_3 linear c thetadot_2 -c thetadot_3 -g_times_L_times_m sin_theta_3 -1 node_18 -1 node_30
+thetaddot_3 solved force_3 1 node_34 thetaddot_1 1 node_35 thetaddot_2 1 node_36 thetaddot_3
+"""
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -76,6 +146,10 @@ def constants(parameters, constants):
     g_times_L = g * L
     three_times_g_times_L = 3.0 * g_times_L
     twice_g_times_L = 2.0 * g_times_L
+    g_times_L_times_m = m * g_times_L
+    three_times_g_times_L_times_m = 3.0 * g_times_L_times_m
+    twice_g_times_L_times_m = 2.0 * g_times_L_times_m
+    three_times_L_squared_times_m = 3.0 * L_squared_times_m
 
     constants[4] = inverse_pivot_1
     constants[5] = L_squared
@@ -84,6 +158,10 @@ def constants(parameters, constants):
     constants[8] = g_times_L
     constants[9] = three_times_g_times_L
     constants[10] = twice_g_times_L
+    constants[11] = g_times_L_times_m
+    constants[12] = three_times_g_times_L_times_m
+    constants[13] = twice_g_times_L_times_m
+    constants[14] = three_times_L_squared_times_m
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -299,6 +377,7 @@ def mass(t, state, inputs, constants, values):
     theta_1, theta_2, theta_3 = state[0], state[1], state[2]
     L_squared_times_m = constants[6]
     twice_L_squared_times_m = constants[7]
+    three_times_L_squared_times_m = constants[14]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -307,7 +386,7 @@ def mass(t, state, inputs, constants, values):
     sin_theta_3 = math.sin(theta_3)
     cos_theta_3 = math.cos(theta_3)
 
-    values[0] = 3.0 * L_squared_times_m  # [0, 0]
+    values[0] = three_times_L_squared_times_m  # [0, 0]
     values[1] = twice_L_squared_times_m * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)  # [1, 0]
     values[2] = twice_L_squared_times_m  # [1, 1]
     values[3] = L_squared_times_m * (sin_theta_3 * sin_theta_1 + cos_theta_3 * cos_theta_1)  # [2, 0]
@@ -320,10 +399,9 @@ def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
     theta_1, theta_2, theta_3 = state[0], state[1], state[2]
     thetadot_1, thetadot_2, thetadot_3 = state[3], state[4], state[5]
-    m = constants[0]
     c = constants[2]
     L_squared_times_m = constants[6]
-    g_times_L = constants[8]
+    g_times_L_times_m = constants[11]
 
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
@@ -338,7 +416,7 @@ def energy(t, state, inputs, constants, values):
         * L_squared_times_m
         * (thetadot_1 * thetadot_1 + tmp_1 * tmp_1 + tmp_2 * tmp_2 + tmp_3 * tmp_3 + tmp_4 * tmp_4)
     )
-    values[1] = -g_times_L * m * (2.0 * cos_theta_2 + 3.0 * cos_theta_1 + cos_theta_3)
+    values[1] = -g_times_L_times_m * (2.0 * cos_theta_2 + 3.0 * cos_theta_1 + cos_theta_3)
     values[2] = c * (
         thetadot_1 * (2.0 * thetadot_1 - thetadot_2)
         + thetadot_2 * (2.0 * thetadot_2 - thetadot_1 - thetadot_3)

@@ -59,6 +59,19 @@ JACOBIAN = ((2,), (3,), (0, 1, 2, 3), (0, 1, 2, 3))
 INPUT_JACOBIAN = ((), (), (), (0,))
 MASS = ((0,), (1,))
 
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+z_s integral 1 zdot_s
+z_u integral 1 zdot_u
+zdot_s integral 1 node_1
+zdot_u integral 1 node_2
+delta_s linear -1 z_u 1 z_s
+deltadot_s linear -1 zdot_u 1 zdot_s
+tmp_1 linear c_s deltadot_s k_s delta_s
+node_1 linear -inverse_m_s tmp_1
+node_2 linear inverse_m_u*k_t z_r -inverse_m_u*k_t z_u inverse_m_u tmp_1
+"""
+
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):

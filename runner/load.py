@@ -106,6 +106,22 @@ class Model:
         """The kernel of this name that writes a matrix, with the places of what it writes; raises as `kernel` does."""
         return PlacedKernel(self.kernel(name), self.tables.patterns[name])
 
+    @cached_property
+    def series(self) -> Any:
+        """The compiled Taylor series of the states, a `SeriesCode`; a LoadError where the model has no recurrences."""
+        from qddot.runner.machine.series_code import series_code  # noqa: PLC0415 - most runs need none
+
+        tables = self.tables
+        if not tables.recurrence:
+            missing = tables.without_recurrence
+            reason = f"{missing} has no recurrence" if missing else "it has no table RECURRENCE; generate it again"
+            raise LoadError(f"model {self.name} has no Taylor series: {reason}; choose another method, such as dop853")
+        inputs = tuple(channel.name for channel in tables.inputs[: tables.rhs_inputs])
+        try:
+            return series_code(tables.recurrence, self.state_names, inputs, tables.constant_names)
+        except ValueError as error:
+            raise LoadError(f"model {self.name}: {error}; generate the model again") from None
+
     def parameter_values(self, parameters: Parameters = None) -> NDArray[np.float64]:
         """Parameters p (n_parameters,): the defaults, changed by a named set, by values, or by a set and then values.
 

@@ -61,6 +61,7 @@ class Tables:
 
     states: coordinates, their velocities in the same order, internal states. positioned: inputs that act at a place
     along the way of travel, in the order of the kernel `positions`. patterns: of the matrices, by their kernels' names.
+    recurrence: the table of the states' Taylor series, or in without_recurrence the function that has none.
     """
 
     name: str
@@ -77,6 +78,8 @@ class Tables:
     linear: bool
     mass_matrix: str
     patterns: dict[str, Pattern] = field(hash=False)
+    recurrence: str = ""
+    without_recurrence: str = ""
 
     @property
     def free_inputs(self) -> tuple[str, ...]:
@@ -122,6 +125,8 @@ def read_tables(module: ModuleType) -> Tables:
         linear=_entry(module, "LINEAR", bool),
         mass_matrix=_entry(module, "MASS_MATRIX", str),
         patterns=_patterns(module, len(states), coordinates, rhs_inputs),
+        recurrence=_entry(module, "RECURRENCE", str) if hasattr(module, "RECURRENCE") else "",
+        without_recurrence=_entry(module, "WITHOUT_RECURRENCE", str) if hasattr(module, "WITHOUT_RECURRENCE") else "",
     )
     _check_names(module, tables)
     _check_channels(module, tables)

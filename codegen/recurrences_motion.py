@@ -1,0 +1,127 @@
+"""The table of a model: what its states and accelerations are in the nodes of `recurrences`."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import symengine as se
+
+from qddot.codegen.kernel import Kernel
+from qddot.codegen.lagrange import Equations
+from qddot.codegen.recurrences import ONE, Form, NoRecurrenceError, Recurrences, added, alone, factor_text, scaled
+from qddot.codegen.recurrences_squares import Place, squares
+from qddot.codegen.rewrite import Names
+
+
+def recurrences(
+    equations: Equations, kernels: Mapping[str, Kernel], constants: tuple[Any, ...]
+) -> tuple[tuple[str, ...], str]:
+    """The rows of a model's table; none, and the function that is in the way, where one has no recurrence.
+
+    kernels: `rhs`, and `balance` where the mass matrix moves.
+    """
+    kernel = kernels.get("balance", kernels["rhs"])
+    taken = (*equations.coordinates, *equations.velocities, *equations.accelerations, *equations.inputs)
+    names = Names(map(str, (*taken, *equations.rates, equations.time, *constants, *(s for s, _ in kernel.temporaries))))
+    rates = {equations.time: se.Integer(1)} | dict(zip(equations.coordinates, equations.velocities, strict=True))
+    table = Recurrences((*constants, *equations.parameters), rates, names)
+    try:
+        for symbol, expression in kernel.temporaries:
+            table.assign(symbol, expression)
+        writes = {(slot.argument, slot.index): table.form(value) for slot, value in kernel.writes}
+        rows = _motion(equations, table, writes)
+    except NoRecurrenceError as error:
+        return (), str(error)
+    rows |= table.needed(row[-1] for row in rows.values())
+    return tuple(" ".join((name, *row)) for name, row in rows.items()), ""
+
+
+def _motion(
+    equations: Equations, table: Recurrences, writes: Mapping[tuple[str, tuple[int, ...]], Form]
+) -> dict[str, tuple[str, ...]]:
+    """The rows of the states."""
+    count = len(equations.coordinates)
+    speeds = [alone(str(v)) for v in equations.velocities]
+    if any(argument == "force" for argument, _ in writes):
+        solve = _from_squares if any(argument == "weight" for argument, _ in writes) else _from_matrix
+        solve(equations, table, writes)
+        rates = [alone(str(a)) for a in equations.accelerations]
+    else:
+        rates = [writes["derivative", (count + k,)] for k in range(count)]
+    rows: dict[str, tuple[str, ...]] = {}
+    for symbol, rate in zip((*equations.coordinates, *equations.velocities), (*speeds, *rates), strict=True):
+        rows[str(symbol)] = ("integral", "1", table.linear(rate))
+    return rows
+
+
+def _solved(
+    equations: Equations, table: Recurrences, entries: Mapping[tuple[int, int], Form], forces: list[Form]
+) -> None:
+    """The rows of M a = f, f without what holds a_k; the lower half of M is given."""
+    accelerations = [str(a) for a in equations.accelerations]
+    nodes = {place: _with_factor(table, form) for place, form in entries.items() if form}
+    for i, force in enumerate(forces):
+        row = [(nodes[max(i, j), min(i, j)], a) for j, a in enumerate(accelerations) if (max(i, j), min(i, j)) in nodes]
+        known = {key: number for key, number in force.items() if key[0] not in accelerations}
+        right = table.linear(known, table.fresh(f"force_{i + 1}"))
+        table.rows[accelerations[i]] = ("solved", right, *(text for (f, node), a in row for text in (f, node, a)))
+
+
+def _with_factor(table: Recurrences, form: Form) -> tuple[str, str]:
+    """A form as a factor and one node."""
+    if len(form) > 1:
+        return "1", table.linear(form)
+    (((node, names), number),) = form.items()
+    return factor_text(number, names), node
+
+
+def _from_matrix(equations: Equations, table: Recurrences, writes: Mapping[Any, Form]) -> None:
+    """M_0 a_k = f_k - sum of M_{k-j} a_j, j < k."""
+    count = len(equations.coordinates)
+    entries = {index: form for (argument, index), form in writes.items() if argument == "matrix"}
+    forces = []
+    for i in range(count):
+        terms = [writes["force", (i,)]]
+        for j, a in enumerate(equations.accelerations):
+            entry = entries.get((max(i, j), min(i, j)), {})
+            moving = {key: number for key, number in entry.items() if key[0] != ONE}
+            if moving:
+                ((node, names), number), *others = moving.items()
+                if others:
+                    (node, names), number = (table.linear(moving), ()), 1.0
+                terms.append({(table.row("lagging", node, str(a)), names): -number})
+        forces.append(added(terms))
+    _solved(equations, table, entries, forces)
+
+
+def _from_squares(equations: Equations, table: Recurrences, writes: Mapping[Any, Form]) -> None:
+    """Sum m J_i dw/dt = Q_i; what holds a_k in dw/dt is left out of f and makes up M_0."""
+    places: list[Place] = list(squares(equations) or {})
+    turning = [writes["turning", (k,)] for k in range(len(places))]
+    weights = {index: form for (argument, index), form in writes.items() if argument == "weight"}
+    rates = [_rate_of_product(equations, table, i, g) for (i, _), g in zip(places, turning, strict=True)]
+    entries: dict[tuple[int, int], Form] = {}
+    forces = [writes["force", (i,)] for i in range(len(equations.coordinates))]
+    for a, (i, _) in enumerate(places):
+        found = []
+        for b, (j, _) in enumerate(places):
+            weight = weights.get((max(a, b), min(a, b)))
+            if weight:
+                found.append(table.multiply(weight, rates[b]))
+                if i >= j:
+                    product = table.multiply(table.multiply(turning[a], turning[b]), weight)
+                    entries[i, j] = added([entries.get((i, j), {}), product])
+        forces[i] = added([forces[i], scaled(table.multiply(turning[a], added(found)), -1.0, ())])
+    _solved(equations, table, entries, forces)
+
+
+def _rate_of_product(equations: Equations, table: Recurrences, i: int, g: Form) -> Form:
+    """d(g v_i)/dt; the product becomes the integral of it."""
+    v, a = str(equations.velocities[i]), str(equations.accelerations[i])
+    if all(node == ONE for node, _ in g):
+        return table.multiply(g, alone(a))
+    product = table.multiply(g, alone(v))
+    (((node, names), number),) = product.items()
+    (((turning, _), _),) = g.items()
+    rate = table.row("rate", turning, v, a, wish=f"rate_{node}")
+    table.rows[node] = ("integral", "1", rate, "product", *sorted((turning, v)))
+    return {(rate, names): number}

@@ -1,0 +1,381 @@
+"""The emitter: machine code for the Taylor coefficients of a model's states, from its packed table of nodes.
+
+The code loops over the orders, and within one over the orders below: one compilation serves all tolerances. The sums
+over lower orders, which are all of the cost, take their factors from histories that lie side by side as vectors.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from qddot.runner.machine.packing import Group, Packing, arity
+from qddot.runner.machine.recurrences import FUNCTIONS, ONE, Factor, Node
+from qddot.runner.machine.series_memory import HIGHEST, NOW, SENSE, Memory
+from qddot.runner.machine.series_solve import eliminate, solution
+from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
+
+#: For each rule the sums over lower orders, as columns of its arguments: A, B, how A is taken (see `_Operand`), and
+#: whether A_0 B_k belongs to it; OWN: the node itself.
+OWN = -1
+SUMS = {
+    "product": ((0, 1, "", True),),
+    "lagging": ((0, 1, "", False),),
+    "rate": ((0, 1, "next", True),),
+    "quotient": ((1, OWN, "", False),),
+    "power": ((0, OWN, "counted", False), (0, OWN, "", False)),
+    **dict.fromkeys(FUNCTIONS, ((0, 1, "counted", False),)),
+    "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
+}
+#: The sums that a loop over lower orders holds in registers at once.
+_SUMS = 14
+
+Names = tuple[str | None, ...]
+
+
+@dataclass(eq=False)
+class _Operand:
+    """Coefficients of nodes side by side, as sums over lower orders take them: their history in memory.
+
+    how: "" as they are; "counted" k times the k-th; "next" that of order k + 1. current, first: those of this order, 0.
+    """
+
+    names: Names
+    how: str
+    place: int
+    late: bool
+    current: Any = None
+    first: Any = None
+
+
+@dataclass(eq=False)
+class _Sum:
+    """Sum of A_j B_{k-j}, without A_0 B_k where not `whole`. between: its part 0 < j < k."""
+
+    left: _Operand
+    right: _Operand
+    whole: bool
+    between: Any = None
+
+
+class Emitter:
+    """Writes the function series(memory, order) for a packing."""
+
+    def __init__(self, packing: Packing, code: VectorCode, memory: Memory) -> None:
+        self.packing, self.code, self.memory = packing, code, memory
+        self.table = packing.table
+        self.unknowns = self.table.unknowns
+        self.current: dict[int, Any] = {}
+        self._gathered: dict[Names, Any] = {}
+        self._operands: dict[tuple[Names, str], _Operand] = {}
+        self._sums: dict[int, list[_Sum]] = {}
+        self._held: dict[int, Any] = {}
+        self._turned: dict[Names, tuple[Any, Any]] = {}
+        self._late = {node.name for group in packing.groups if group.late for node in group.nodes}
+        self._inverse: Any = None
+        self._k: Any = None
+
+    def emit(self) -> None:
+        """Order 0, and the loop over the others."""
+        code, order = self.code, self.code.builder.function.args[1]
+        for group in self.packing.groups:
+            if group.live:
+                self._sums[group.index] = self._sums_of(group)
+        integrals = [group for group in self.packing.groups if group.live and _is_integral(group)]
+        sense = code.load_scalar(SENSE)
+        self._begin(sense, None)
+        self._order(first=True)
+        following = [self._following(group) for group in integrals]
+        self._store(integrals, following, None)
+        with code.loop(INTEGER(1), order, following) as (k, held, after):
+            self._begin(sense, k)
+            self.current |= {group.index: value for group, value in zip(integrals, held, strict=True)}
+            self._order(first=False)
+            after.extend(self._following(group) for group in integrals)
+            self._store(integrals, list(after), k)
+        code.builder.ret_void()
+
+    def _begin(self, sense: Any, k: Any) -> None:
+        """The numbers of an order: k, 1/k, sense/(k + 1) and sense*(k + 1)."""
+        code, builder = self.code, self.code.builder
+        self._k, self._sense = k, sense
+        self._gathered = {}
+        for operand in self._operands.values():
+            operand.current = None
+        if k is None:
+            self._step, self._grown = code.splat(sense), code.splat(sense)
+            return
+        whole = builder.sitofp(k, SCALAR)
+        self._count, self._part = code.splat(whole), code.splat(builder.fdiv(SCALAR(1.0), whole))
+        more = builder.fadd(whole, SCALAR(1.0))
+        self._step = code.splat(builder.fdiv(sense, more))
+        self._grown = code.splat(builder.fmul(sense, more))
+
+    def _order(self, first: bool) -> None:
+        """All nodes of an order, the unknowns and what holds them last."""
+        if not first:
+            self._sum_between()
+        for group in self.packing.first if first else self.packing.later:
+            if first or not _is_integral(group):
+                self.current[group.index] = self._value(group, first)
+        if self.unknowns:
+            if first:
+                self._inverse = eliminate(self)
+            solved = solution(self, self._inverse)
+            self.current |= {group.index: x for group, x in zip(self.packing.kind("solved"), solved, strict=True)}
+            self._gathered = {}
+            self._complete(first)
+        for operand in self._operands.values():
+            if operand.current is None or operand.late:
+                operand.current = None
+                self._fetch(operand, final=True)
+        self._store_compared()
+
+    def _complete(self, first: bool) -> None:
+        """Add what the unknowns of this order are worth to the nodes that hold them."""
+        for group in self.packing.first if first else self.packing.later:
+            if group.late and group.kind == "rate":
+                accelerations = self.gather([node.arguments[2] for node in group.nodes])
+                value = self.code.multiply_add(self._held[group.index], accelerations, self.current[group.index])
+                self.current[group.index] = value
+            elif group.late and group.kind == "linear":
+                self.current[group.index] = self._linear(group, first)
+
+    # what is carried from order to order
+
+    def _following(self, group: Group) -> Any:
+        """The next coefficient of integrals."""
+        return self._next([node.name for node in group.nodes])
+
+    def _next(self, names: Sequence[str | None]) -> Any:
+        nodes = [self.table.nodes[name] if name else None for name in names]
+        rates = self.gather([node.arguments[0] if node else None for node in nodes])
+        return self.code.multiply(self.scaled(rates, [node.factors[0] if node else None for node in nodes]), self._step)
+
+    def _store(self, integrals: Sequence[Group], values: Sequence[Any], k: Any) -> None:
+        """Write the next coefficients of the states."""
+        stride = self.memory.state_stride
+        for group, value in zip(integrals, values, strict=True):
+            if group.kind == "state":
+                self.code.store(value, self.memory.states + group.index * self.code.width + stride, k, stride)
+
+    def _store_compared(self) -> None:
+        memory = self.memory
+        for number, group in enumerate(self.packing.kind("side")):
+            compared = self.gather([node.arguments[0] for node in group.nodes])
+            self.code.store(compared, memory.compared + number * self.code.width, self._k, memory.side_stride)
+
+    # values of groups
+
+    def _value(self, group: Group, first: bool) -> Any:
+        if group.kind in ("state", "input", "side", "solved", "one", "time"):
+            return self._given(group, first)
+        if group.kind in ("linear", "where"):
+            return self._linear(group, first) if group.kind == "linear" else self._where(group, first)
+        value = self._first_value(group) if first else None
+        ends = [self._ends(each, first) for each in self._sums.get(group.index, ())]
+        if group.kind == "rate":
+            return self.code.multiply(ends[0], self._grown)
+        return value if first else self._later_value(group, ends)
+
+    def _given(self, group: Group, first: bool) -> Any:
+        """What stands in memory, or is 0 until the unknowns are known, or is time."""
+        code, kind = self.code, group.kind
+        if first and kind == "one":
+            return code.constant([1.0])
+        if first and kind == "time":
+            return code.splat(code.load_scalar(NOW))
+        if kind == "time":
+            at_one = code.builder.icmp_signed("==", self._k, INTEGER(1))
+            return code.splat(code.builder.select(at_one, self._sense, SCALAR(0.0)))
+        if kind == "input" or (first and kind in ("state", "side")):
+            place, stride = self.memory.place_of(self.packing, group)
+            return code.load(place, self._k, stride)
+        return code.zero
+
+    def _later_value(self, group: Group, ends: list[Any]) -> Any:
+        """The coefficient of order k > 0 of what has a sum over lower orders."""
+        code, kind, nodes = self.code, group.kind, group.nodes
+        if kind in ("product", "lagging"):
+            return ends[0]
+        if kind == "quotient":
+            above = self.gather([node.arguments[0] for node in nodes])
+            return code.divide(code.subtract(above, ends[0]), self._held[group.index])
+        if kind == "power":
+            counted = code.multiply(ends[0], self._part)
+            raised = self.scaled(counted, [node.factors[0] for node in nodes], code.subtract(counted, ends[1]))
+            return code.divide(raised, self._held[group.index])
+        parts = [self.scaled(end, [node.factors[i] for node in nodes]) for i, end in enumerate(ends)]
+        return code.multiply(code.sum(parts), self._part)
+
+    def _first_value(self, group: Group) -> Any:
+        """The value of order 0, by the rule or that of an integral's start."""
+        code = self.code
+        nodes = [node.start or node for node in group.nodes]
+        rule = nodes[0].rule
+        columns = _columns(nodes)[: arity(rule)]
+        x, *others = [self.gather(names) for names in columns]
+        if rule == "rate":
+            self._held[group.index] = x
+        if rule == "product":
+            return code.multiply(x, others[0])
+        if rule in ("lagging", "rate"):
+            return code.zero
+        if rule == "quotient":
+            self._held[group.index] = others[0]
+            return code.divide(x, others[0])
+        if rule == "power":
+            self._held[group.index] = x
+            return self._raised(x, [node.factors[0] for node in nodes])
+        if rule in ("sin", "cos"):
+            names = tuple(columns[0])
+            if names not in self._turned:
+                self._turned[names] = code.sine_and_cosine(x)
+            return self._turned[names][rule == "cos"]
+        return code.each(rule, x, others[0]) if rule == "atan2" else code.each(rule, x)
+
+    def _raised(self, x: Any, factors: list[Factor]) -> Any:
+        if all(factor == Factor(0.5) for factor in factors):
+            return self.code.intrinsic("sqrt", x)
+        if all(factor == Factor(-0.5) for factor in factors):
+            return self.code.divide(self.code.splat(1.0), self.code.intrinsic("sqrt", x))
+        return self.code.each("pow", x, self.row(factors))
+
+    def _where(self, group: Group, first: bool) -> Any:
+        if first:
+            side = self.gather([node.arguments[0] for node in group.nodes])
+            self._held[group.index] = self.code.builder.fcmp_ordered(">", side, self.code.splat(0.5))
+        yes, no = (self.gather([node.arguments[i] for node in group.nodes]) for i in (1, 2))
+        return self.code.builder.select(self._held[group.index], yes, no)
+
+    def _linear(self, group: Group, first: bool) -> Any:
+        """A sum of factors times nodes, the terms in slots that each take from one group."""
+        slots: dict[int, list[list[tuple[Factor, str]]]] = {}
+        constant: list[list[Factor]] = []
+        for node in group.nodes:
+            own: dict[int, list[tuple[Factor, str]]] = {}
+            constant.append([f for f, name in zip(node.factors, node.arguments, strict=True) if name == ONE])
+            for factor, name in zip(node.factors, node.arguments, strict=True):
+                if name != ONE:
+                    own.setdefault(self.packing.home[name][0], []).append((factor, name))
+            for source in own.keys() | slots.keys():
+                slots.setdefault(source, [[] for _ in constant[:-1]]).append(own.get(source, []))
+        total = None
+        for row in _transposed(constant) if first else ():
+            total = self.row(row) if total is None else self.code.add(total, self.row(row))
+        for source in sorted(slots):
+            for terms in _transposed(slots[source]):
+                values = self.gather([term[1] if term else None for term in terms])
+                total = self.scaled(values, [term[0] if term else None for term in terms], total)
+        return self.code.zero if total is None else total
+
+    # sums over lower orders
+
+    def _sums_of(self, group: Group) -> list[_Sum]:
+        found = []
+        for left, right, how, whole in SUMS.get(group.kind, ()):
+            names = [[node.name if i == OWN else node.arguments[i] for node in group.nodes] for i in (left, right)]
+            found.append(_Sum(self._operand(names[0], how), self._operand(names[1], ""), whole))
+        return found
+
+    def _operand(self, names: Sequence[str], how: str) -> _Operand:
+        key = (tuple(names), how)
+        if key not in self._operands:
+            late = not self._late.isdisjoint(names) or not set(self.unknowns).isdisjoint(names)
+            place = self.memory.take((HIGHEST + 1) * self.code.width)
+            self._operands[key] = _Operand(key[0], how, place, late)
+        return self._operands[key]
+
+    def _sum_between(self) -> None:
+        """The parts of all sums with 0 < j < k, several sums in a loop over j."""
+        sums = [each for found in self._sums.values() for each in found]
+        for start in range(0, len(sums), _SUMS):
+            part = sums[start : start + _SUMS]
+            with self.code.loop(INTEGER(1), self._k, [self.code.zero] * len(part)) as (j, totals, after):
+                back = self.code.builder.sub(self._k, j)
+                loaded: dict[tuple[int, int], Any] = {}
+                for each, total in zip(part, totals, strict=True):
+                    for operand, index in ((each.left, j), (each.right, back)):
+                        key = (operand.place, id(index))
+                        if key not in loaded:
+                            loaded[key] = self.code.load(operand.place, index)
+                    left, right = loaded[each.left.place, id(j)], loaded[each.right.place, id(back)]
+                    after.append(self.code.multiply_add(left, right, total))
+            for each, value in zip(part, after, strict=True):
+                each.between = value
+
+    def _ends(self, each: _Sum, first: bool) -> Any:
+        """A sum with its terms of order 0 and k."""
+        left, right, code = each.left, each.right, self.code
+        last = self._fetch(left)
+        if first:
+            return code.multiply(last, self._fetch(right)) if each.whole else None
+        if left is right:
+            return code.multiply_add(code.add(left.first, left.first), last, each.between)
+        total = code.multiply_add(last, right.first, each.between)
+        return code.multiply_add(left.first, self._fetch(right), total) if each.whole else total
+
+    def _fetch(self, operand: _Operand, final: bool = False) -> Any:
+        """An operand's coefficients of this order, kept in its history once they are complete."""
+        if operand.current is None:
+            value = self._next(operand.names) if operand.how == "next" else self.gather(operand.names)
+            if operand.how == "counted":
+                value = self.code.zero if self._k is None else self.code.multiply(value, self._count)
+            operand.current = value
+            if final or not operand.late:
+                self.code.store(value, operand.place, self._k)
+                if self._k is None:
+                    operand.first = value
+        return operand.current
+
+    # vectors
+
+    def gather(self, names: Sequence[str | None]) -> Any:
+        """The nodes' coefficients side by side; 0 for None."""
+        key = tuple(names)
+        if key not in self._gathered:
+            self._gathered[key] = self._shuffled(key)
+        return self._gathered[key]
+
+    def _shuffled(self, names: Names) -> Any:
+        width, code = self.code.width, self.code
+        homes = [self.packing.home[name] if name else None for name in names]
+        found = None
+        for source in dict.fromkeys(home[0] for home in homes if home):
+            value = self.current[source]
+            if found is None:
+                places = [home[1] if home and home[0] == source else width for home in homes]
+                plain = all(place == i for i, place in enumerate(places))
+                found = value if plain else code.shuffle(value, code.zero, places + [width] * (width - len(places)))
+            else:
+                places = [width + home[1] if home and home[0] == source else i for i, home in enumerate(homes)]
+                found = code.shuffle(found, value, places + list(range(len(places), width)))
+        return code.zero if found is None else found
+
+    def row(self, factors: Sequence[Factor | None]) -> Any:
+        """A vector of factors, read from memory where constants of the model are among them."""
+        if any(factor.constants for factor in factors if factor):
+            return self.code.load(self.memory.factor_row(factors, self.code.width))
+        return self.code.constant([factor.number if factor else 0.0 for factor in factors])
+
+    def scaled(self, values: Any, factors: Sequence[Factor | None], total: Any = None) -> Any:
+        """Factors times values, plus a total; where there is no factor, the value must be 0."""
+        plain = {factor for factor in factors if factor}
+        if plain == {Factor(1.0)}:
+            return values if total is None else self.code.add(total, values)
+        if plain == {Factor(-1.0)}:
+            return self.code.builder.fneg(values) if total is None else self.code.subtract(total, values)
+        return self.code.multiply_add(values, self.row(factors), total)
+
+
+def _is_integral(group: Group) -> bool:
+    return group.kind == "state" or group.kind.startswith("integral")
+
+
+def _columns(nodes: Sequence[Node]) -> list[list[str]]:
+    """First arguments of all nodes, second ones, ..."""
+    return [list(column) for column in zip(*(node.arguments for node in nodes), strict=True)]
+
+
+def _transposed(rows: list[list[Any]]) -> list[list[Any]]:
+    """First items of rows of different lengths, second ones, ...; None where there is none."""
+    return [[row[i] if i < len(row) else None for row in rows] for i in range(max(map(len, rows), default=0))]

@@ -1,0 +1,161 @@
+"""Machine code of the Taylor series of models: compiled once for a table and a machine, and kept.
+
+`series(memory, order)` writes the coefficients of all states; `polynomial(memory, order, time, target)` sums them at a
+time from where the series stands.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import tempfile
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from llvmlite import ir
+from numpy.typing import NDArray
+
+from qddot.runner.machine.compiled import cache_directory
+from qddot.runner.machine.packing import Packing, pack
+from qddot.runner.machine.recurrences import Recurrences, read_recurrences
+from qddot.runner.machine.series import Emitter
+from qddot.runner.machine.series_memory import Memory, memory_for
+from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
+
+#: Vectors of states that a polynomial is summed for at once.
+_SUMS = 8
+#: A registers' doubles, and the fewest coordinates for which vectors are as wide.
+_WIDTHS = ((8, 5), (4, 3), (2, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesCode:
+    """The compiled functions at their addresses, and the memory they take. engine: keeps the code alive."""
+
+    series: int
+    polynomial: int
+    memory: Memory
+    table: Recurrences
+    engine: Any
+
+    def fill_factors(self, memory: NDArray[np.float64], constants: NDArray[np.float64]) -> None:
+        """Write the factors that depend on parameters for these constants."""
+        for place, number, names in self.memory.factors:
+            memory[place] = number * np.prod(constants[list(names)]) if names else number
+
+
+@cache
+def series_code(text: str, states: tuple[str, ...], inputs: tuple[str, ...], constants: tuple[str, ...]) -> SeriesCode:
+    """The code of the table in this text, from where it is kept or compiled. Raises RecurrenceError."""
+    table = read_recurrences(text, states, inputs, constants)
+    width = next(width for width, least in _WIDTHS if len(states) // 2 >= least)
+    file = _file(repr((text, states, inputs, constants, width)))
+    found = _read(file)
+    if found is None:
+        packing = pack(table, width)
+        memory = memory_for(packing)
+        found = memory, _compiled(packing, memory)
+        _write(file, *found)
+    memory, code = found
+    engine = _engine(code)
+    series, polynomial = (engine.get_function_address(name) for name in ("series", "polynomial"))
+    return SeriesCode(series, polynomial, memory, table, engine)
+
+
+def _machine() -> Any:
+    """A target machine for this processor; an engine takes it over, so that each has its own."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_default_triple()
+    features = llvm.get_host_cpu_features().flatten()
+    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=3, jit=True)
+
+
+def _compiled(packing: Packing, memory: Memory) -> bytes:
+    """The object code of a packing; the memory is laid out on the way."""
+    module = ir.Module("series")
+    series = _function(module, "series", [SCALAR.as_pointer(), INTEGER], packing.width)
+    Emitter(packing, VectorCode(ir.IRBuilder(series.append_basic_block()), packing.width), memory).emit()
+    kinds = [SCALAR.as_pointer(), INTEGER, SCALAR, SCALAR.as_pointer()]
+    _emit_polynomial(_function(module, "polynomial", kinds, packing.width), packing, memory)
+    machine = _machine()
+    parsed = llvm.parse_assembly(str(module))
+    parsed.triple, parsed.data_layout = machine.triple, str(machine.target_data)
+    parsed.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.loop_unrolling = options.slp_vectorization = options.loop_vectorization = False
+    llvm_passes = llvm.create_pass_builder(machine, options)
+    llvm_passes.getModulePassManager().run(parsed, llvm_passes)
+    return bytes(machine.emit_object(parsed))
+
+
+def _function(module: ir.Module, name: str, kinds: list[Any], width: int) -> ir.Function:
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), kinds), name)
+    function.attributes.add("nounwind")
+    function.args[0].add_attribute("noalias")
+    return function
+
+
+def _emit_polynomial(function: ir.Function, packing: Packing, memory: Memory) -> None:
+    """Horner's sums of all states, from the highest order down."""
+    code = VectorCode(ir.IRBuilder(function.append_basic_block()), packing.width)
+    builder, (_, order, time, target) = code.builder, function.args
+    factor = code.splat(time)
+    for start in range(0, len(packing.states), _SUMS):
+        places = [memory.states + i * code.width for i in range(start, min(start + _SUMS, len(packing.states)))]
+        tops = [code.load(place, order, memory.state_stride) for place in places]
+        with code.loop(INTEGER(0), order, tops) as (index, totals, after):
+            k = builder.sub(builder.sub(order, INTEGER(1)), index)
+            for place, total in zip(places, totals, strict=True):
+                after.append(code.multiply_add(total, factor, code.load(place, k, memory.state_stride)))
+        for i, value in enumerate(after, start):
+            where = builder.gep(target, [INTEGER(i * code.width)])
+            builder.store(value, builder.bitcast(where, code.vector.as_pointer()), align=8)
+    builder.ret_void()
+
+
+def _engine(code: bytes) -> Any:
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return engine
+
+
+def _file(what: str) -> Path | None:
+    """Where the code of a table is kept: in the folder of this source's drivers, by the machine it is made for."""
+    folder = cache_directory()
+    if folder is None:
+        return None
+    parts = (what, llvm.llvm_version_info, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    return folder / f"series-{hashlib.sha256(repr(parts).encode()).hexdigest()[:24]}.code"
+
+
+def _read(file: Path | None) -> tuple[Memory, bytes] | None:
+    """Memory and object code of a file; None where there is none, or it is not whole."""
+    try:
+        head, _, code = file.read_bytes().partition(b"\n") if file else (b"", b"", b"")
+        values = json.loads(head)
+        if hashlib.sha256(code).hexdigest() != values.pop("digest"):
+            return None
+        factors = [(place, number, tuple(names)) for place, number, names in values.pop("factors")]
+        return Memory(factors=factors, **values), code
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _write(file: Path | None, memory: Memory, code: bytes) -> None:
+    """Keep it where the disk takes it: aside, then renamed."""
+    if file is None:
+        return
+    values = {each.name: getattr(memory, each.name) for each in fields(memory) if not each.name.startswith("_")}
+    head = json.dumps(values | {"digest": hashlib.sha256(code).hexdigest()}).encode()
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, aside = tempfile.mkstemp(prefix=".series-", dir=file.parent)
+        with os.fdopen(handle, "wb") as opened:
+            opened.write(head + b"\n" + code)
+        os.replace(aside, file)

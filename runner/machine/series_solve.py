@@ -1,0 +1,76 @@
+"""M_0 a_k = right_k: the inverse of M_0 once a series, by Gauss and Jordan; M_0 is symmetric and positive definite.
+
+Columns of the inverse are vectors, so a solution is n multiplications that do not wait for each other; a solution by
+two triangles waits 2 n times for the last one. A residual is as small as the condition of M_0 lets it be either way.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from qddot.runner.machine.recurrences import Factor
+
+if TYPE_CHECKING:
+    from qddot.runner.machine.series import Emitter
+
+#: Row i of the inverse is what the vectors of its blocks hold: [column][block].
+Matrix = list[list[Any]]
+
+
+def eliminate(emitter: "Emitter") -> Matrix:
+    """The inverse of M_0, from the values of order 0."""
+    code, n = emitter.code, len(emitter.unknowns)
+    rows = [_column(emitter, name) for name in emitter.unknowns]
+    one = code.splat(1.0)
+    for j in range(n):
+        block, place = divmod(j, code.width)
+        pivot = code.divide(one, _broadcast(emitter, rows[j][block], place))
+        kept = [_replaced(emitter, value, one, place) if b == block else value for b, value in enumerate(rows[j])]
+        rows[j] = [code.multiply(value, pivot) for value in kept]
+        for i in range(n):
+            if i != j:
+                factor = code.builder.fneg(_broadcast(emitter, rows[i][block], place))
+                rest = [
+                    _replaced(emitter, value, code.zero, place) if b == block else value
+                    for b, value in enumerate(rows[i])
+                ]
+                rows[i] = [code.multiply_add(factor, x, y) for x, y in zip(rows[j], rest, strict=True)]
+    return rows
+
+
+def solution(emitter: "Emitter", inverse: Matrix) -> list[Any]:
+    """The unknowns of an order in blocks, from the right-hand sides as they stand."""
+    code, table = emitter.code, emitter.table
+    rights = [table.nodes[name].arguments[0] for name in emitter.unknowns]
+    starts = range(0, len(rights), code.width)
+    blocks = [emitter.gather(rights[start : start + code.width]) for start in starts]
+    sums: list[list[Any]] = [[None, None] for _ in blocks]
+    for j, column in enumerate(inverse):
+        block, place = divmod(j, code.width)
+        factor = _broadcast(emitter, blocks[block], place)
+        for total, value in zip(sums, column, strict=True):
+            total[j % 2] = code.multiply_add(factor, value, total[j % 2])
+    return [code.sum([value for value in total if value is not None]) for total in sums]
+
+
+def _column(emitter: "Emitter", unknown: str) -> list[Any]:
+    """A column of M_0 in blocks of rows."""
+    found: list[tuple[Factor, str] | None] = []
+    for name in emitter.unknowns:
+        node = emitter.table.nodes[name]
+        entries = zip(node.factors, node.arguments[1::2], node.arguments[2::2], strict=True)
+        found.append(next(((factor, value) for factor, value, other in entries if other == unknown), None))
+    blocks = []
+    for start in range(0, len(found), emitter.code.width):
+        part = found[start : start + emitter.code.width]
+        values = emitter.gather([entry[1] if entry else None for entry in part])
+        blocks.append(emitter.scaled(values, [entry[0] if entry else None for entry in part]))
+    return blocks
+
+
+def _broadcast(emitter: "Emitter", value: Any, place: int) -> Any:
+    return emitter.code.shuffle(value, value, [place] * emitter.code.width)
+
+
+def _replaced(emitter: "Emitter", value: Any, other: Any, place: int) -> Any:
+    """A vector with one item from another."""
+    width = emitter.code.width
+    return emitter.code.shuffle(value, other, [width + i if i == place else i for i in range(width)])
