@@ -34,7 +34,7 @@ PEERS: dict[str, Preparation] = {
     "PyDy, Cython": peer("pydy", "one", "cython"),
     "PyDy, lambdify": peer("pydy", "one", "lambdify"),
 }
-METHODS = ("exact", "dop853", "vern7", "tsit5", "ode45")
+METHODS = ("exact", "taylor", "dop853", "vern7", "tsit5", "ode45")
 #: Small swings of eight links keep far from chaos, which no tool can follow to nine digits.
 SWING = 0.4
 

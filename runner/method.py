@@ -14,10 +14,10 @@ from qddot.runner.tableaux.embedded import EmbeddedPair
 class Method:
     """One integration method. integrate(problem, method, options) -> Trajectory runs it.
 
-    family: "fixed", "adaptive", "stiff" or "exact" (order 0: no error but rounding). stages: of one step, 0 for
-    multistep methods. tableau: of explicit Runge-Kutta methods, None for others. pair: of adaptive ones, the tableau
-    with error estimate and dense output. find: gives it by its name, which is all that is pickled of a method that has
-    one.
+    family: "fixed", "adaptive", "stiff", "exact" (order 0: no error but rounding), "taylor" (order: the highest) or
+    "auto". stages: of a step of Runge-Kutta methods, 0 for others. tableau: of explicit ones, None for others. pair: of
+    adaptive ones, the tableau with error estimate and dense output. find: gives it by its name, which is all that is
+    pickled of a method that has one.
     """
 
     name: str

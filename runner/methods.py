@@ -14,6 +14,8 @@ from qddot.runner.tableaux import pages
 _OTHERS = {
     **dict.fromkeys(("ode15s", "rodas5p"), "qddot.runner.stiff.methods"),
     "exact": "qddot.runner.exact.methods",
+    "taylor": "qddot.runner.taylor.methods",
+    "auto": "qddot.runner.auto",
 }
 
 

@@ -17,8 +17,8 @@ from qddot.runner.checks import flag, numbers, positive, shown, whole
 #: Of the numerical differentiation formulas.
 MOST_ORDER = 5
 #: Families of methods.
-EVERY_FAMILY = ("fixed", "adaptive", "stiff", "exact")
-SPACED, CONTROLLED = ("fixed", "exact"), ("adaptive", "stiff")
+EVERY_FAMILY = ("fixed", "adaptive", "stiff", "exact", "taylor", "auto")
+SPACED, CONTROLLED = ("fixed", "exact"), ("adaptive", "stiff", "taylor", "auto")
 
 
 @dataclass(frozen=True)

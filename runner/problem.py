@@ -53,7 +53,8 @@ class Problem:
     initial_state (n_states,), constants (n_constants,), inputs: the channels rhs reads, at least `n_inputs` of them.
     mass_matrix (n_states, n_states): where given, mass_matrix x' = rhs; it may be singular (stiff methods only).
     jacobian: a jitted function that fills J (n_states, n_states), or a model's kernel with its pattern.
-    input_jacobian: of a linear model, whose Jacobians are constant (exact propagation only).
+    input_jacobian: of a linear model, whose Jacobians are constant (exact propagation only). recurrences: the code of
+    the states' Taylor series, a `SeriesCode` (Taylor's method only, which takes no rhs).
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
     workplaces: what runs from other states work with again, see `started_from`; no other copy of a problem has them.
@@ -70,6 +71,7 @@ class Problem:
     jacobian: Any = None
     mass_matrix: NDArray[np.float64] | None = None
     input_jacobian: PlacedKernel | None = None
+    recurrences: Any = None
     by_item: bool = False
     sense: int = 1
     workplaces: dict[Any, list[Any]] | None = field(default=None, init=False, repr=False)

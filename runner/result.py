@@ -59,6 +59,7 @@ class IntegrationError(RuntimeError):
 class Subject:
     """What is simulated, for the solution: its name, quantities, outputs kernel, parameters, headlines.
 
+    reason: why its method is what it is, where that was not told.
     diagnose: says why a run that failed could not go on, "" where it does not know; None where nobody can tell.
     """
 
@@ -70,6 +71,7 @@ class Subject:
     parameters: Mapping[str, float] = field(default_factory=dict)
     headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     diagnose: Callable[[Problem, Trajectory], str] | None = None
+    reason: str = ""
 
     @cached_property
     def parameter_metadata(self) -> dict[str, float]:
@@ -146,4 +148,6 @@ def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, s
         settings |= options.tolerance_metadata
     elif options.step is not None:
         settings["step"] = float(options.step)
+    if subject.reason:
+        settings["method chosen, since"] = subject.reason
     return settings | subject.parameter_metadata

@@ -83,7 +83,7 @@ class Simulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Kernels are the model's: pickled, it carries them by name."""
-        problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None)
+        problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None, recurrences=None)
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
@@ -124,7 +124,8 @@ def prepare(
     at_rest: finds the static state as `rest` does, from the same arguments.
     """
     model, chosen = as_model(model), _method(method)
-    settings = _options(chosen, step, options)
+    given = _given(step, options)
+    settings = fitted(given, chosen)
     t0, t1 = span_of(span, chosen, settings)
     settings.tolerances(len(model.state_names))
     if initial is not None and guess is not None:
@@ -142,7 +143,13 @@ def prepare(
         state_names=model.state_names,
         by_item=True,
     )
-    return _unpickled(model, _subject(model, p), problem, chosen, settings)
+    subject = _subject(model, p)
+    if chosen.family == "auto":
+        from qddot.runner.auto import choose  # noqa: PLC0415 - most runs name their method
+
+        chosen, settings, reason = choose(model, problem, given)
+        subject = replace(subject, reason=reason)
+    return _unpickled(model, subject, problem, chosen, settings)
 
 
 def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method, options: Options) -> Simulation:
@@ -150,9 +157,10 @@ def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method,
     exact = method.family == "exact"
     problem = replace(
         problem,
-        rhs=model.kernel("rhs"),
+        rhs=model.kernel("rhs") if method.family != "taylor" else None,
         jacobian=model.matrix("jacobian") if method.stiff or exact else None,
         input_jacobian=_constant(model, method) if exact else None,
+        recurrences=model.series if method.family == "taylor" else None,
     )
     check_first_calls(problem, options)
     subject = replace(subject, output_kernel=model.kernel("outputs") if model.tables.outputs else None)
@@ -218,7 +226,7 @@ def solve(
     state_names: x_1, x_2, ... by default; the inputs are u_1, u_2, ... Otherwise as `simulate`.
     """
     chosen = _method(method)
-    settings = _options(chosen, step, options)
+    settings = fitted(_given(step, options), chosen)
     t0, t1 = span_of(span, chosen, settings)
     x = row("x0", x0)
     if not x.size:
@@ -293,8 +301,9 @@ def _method(method: str | Method) -> Method:
     return method if isinstance(method, Method) else find_method(method)
 
 
-def _options(method: Method, step: float | None, options: Mapping[str, Any]) -> Options:
+def _given(step: float | None, options: Mapping[str, Any]) -> Options:
+    """The options that are given, checked."""
     for name in options:
         if name not in TABLE:
             raise ValueError(unknown("option", name, TABLE))
-    return fitted(Options(step=step, **options), method)
+    return Options(step=step, **options)

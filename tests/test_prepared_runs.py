@@ -15,6 +15,7 @@ METHODS = {
     "ode15s": {"rtol": 1e-5},
     "rodas5p": {"rtol": 1e-5},
     "exact": {},
+    "taylor": {"rtol": 1e-9},
 }
 
 

@@ -34,8 +34,20 @@ RUNNER = (
         "inputs",
         "problem",
     ),
-    *("options", "tableaux", "method", "frame", "explicit", "stiff", "workers", "exact", "methods"),
-    *("takers", "keywords", "inertia", "equilibrium", "modes", "jumps", "diagnosis", "solution", "result", "simulate"),
+    *("options", "tableaux", "method", "frame", "explicit", "stiff", "workers", "exact", "taylor", "methods"),
+    *(
+        "takers",
+        "auto",
+        "keywords",
+        "inertia",
+        "equilibrium",
+        "modes",
+        "jumps",
+        "diagnosis",
+        "solution",
+        "result",
+        "simulate",
+    ),
     *("observe", "lanes", "metrics", "study", "batch", "identify", "report", "commands"),
 )
 MODULES = [path for path in (ROOT / "runner").rglob("*.py") if "__pycache__" not in path.parts]

@@ -44,7 +44,7 @@ def mirrored_times(t: Any) -> Any:
 def _mirrored(problem: Problem) -> Problem:
     return replace(
         problem,
-        rhs=_cover(problem.rhs, "rhs"),
+        rhs=None if problem.rhs is None else _cover(problem.rhs, "rhs"),
         jacobian=_mirrored_jacobian(problem.jacobian),
         input_jacobian=_mirrored_jacobian(problem.input_jacobian),
         t0=0.0 - problem.t0,

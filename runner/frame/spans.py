@@ -45,7 +45,7 @@ def check_advances(options: Options, largest: float) -> None:
 
 
 def _check_endless(span: Any, method: "Method", options: Options) -> None:
-    if method.family not in ("adaptive", "stiff"):
+    if method.family not in ("adaptive", "stiff", "taylor", "auto"):
         raise ValueError(f"span is {shown(span)}, but method {method.name} goes to a finite end; expected (start, end)")
     if not any(getattr(event, "terminal", False) for event in options.events):
         raise ValueError(f"span is {shown(span)}, but no event with terminal=True would end the run")

@@ -7,6 +7,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from qddot.runner.auto import choose_for_many
 from qddot.runner.checks import positive, shown, unknown, whole
 from qddot.runner.exact.batch import propagate_batch
 from qddot.runner.keywords import BatchKeywords
@@ -62,7 +63,10 @@ def simulate_batch(
     if threads is not None:
         whole("threads", threads)
     times = _output_times(output_times, samples)
-    settings = _options(chosen, options)
+    settings, method = _options(chosen, options), chosen.name
+    if chosen.family == "auto":
+        chosen, settings, why = choose_for_many(model, Options(**options))
+        method = f"{chosen.name}, since {why}"
     task = make_task(model, chosen, settings, span, runs, parameters, initial, guess, inputs, times, names)
     if names is not None and times is None:
         raise ValueError("names are those of what is stored at output_times, which are not given; give both or neither")
@@ -80,6 +84,7 @@ def simulate_batch(
         wall_time=working_time() - started,
         in_lanes=not reason,
         reason=reason,
+        method=method,
         not_started=task.not_started,
     )
 

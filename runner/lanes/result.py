@@ -30,7 +30,8 @@ class Batch:
     `Status`, as integers. failed_at (runs,): time, NaN where nothing failed; failed_state (runs,): name of the state
     that left first, or empty. steps, failed_attempts, evaluations (runs,). wall_time in s, without compiling.
     not_started: why a run has no static state to start from, by its number.
-    in_lanes: whether the runs went in SIMD lanes; otherwise `reason` says why each went alone.
+    in_lanes: whether the runs went in SIMD lanes; otherwise `reason` says why each went alone. method: its name, and
+    why it is this one where "auto" chose it.
     """
 
     final: Floats
@@ -47,6 +48,7 @@ class Batch:
     in_lanes: bool
     reason: str = ""
     not_started: Mapping[int, str] = field(default_factory=dict)
+    method: str = ""
 
     def __repr__(self) -> str:
         """How many runs, how many of them failed, and the names of the samples."""

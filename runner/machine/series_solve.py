@@ -4,18 +4,31 @@ Columns of the inverse are vectors, so a solution is n multiplications that do n
 two triangles waits 2 n times for the last one. A residual is as small as the condition of M_0 lets it be either way.
 """
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
-from qddot.runner.machine.recurrences import Factor
-
-if TYPE_CHECKING:
-    from qddot.runner.machine.series import Emitter
+from qddot.runner.machine.recurrences import Factor, Recurrences
+from qddot.runner.machine.vector_code import VectorCode
 
 #: Row i of the inverse is what the vectors of its blocks hold: [column][block].
 Matrix = list[list[Any]]
 
 
-def eliminate(emitter: "Emitter") -> Matrix:
+class Emitter(Protocol):
+    """What is asked of the emitter of a series; see `series.Emitter`."""
+
+    code: VectorCode
+    table: Recurrences
+    unknowns: tuple[str, ...]
+
+    def gather(self, names: Sequence[str | None]) -> Any:
+        """The nodes' coefficients side by side."""
+
+    def scaled(self, values: Any, factors: Sequence[Factor | None], total: Any = None) -> Any:
+        """Factors times values, plus a total."""
+
+
+def eliminate(emitter: Emitter) -> Matrix:
     """The inverse of M_0, from the values of order 0."""
     code, n = emitter.code, len(emitter.unknowns)
     rows = [_column(emitter, name) for name in emitter.unknowns]
@@ -36,7 +49,7 @@ def eliminate(emitter: "Emitter") -> Matrix:
     return rows
 
 
-def solution(emitter: "Emitter", inverse: Matrix) -> list[Any]:
+def solution(emitter: Emitter, inverse: Matrix) -> list[Any]:
     """The unknowns of an order in blocks, from the right-hand sides as they stand."""
     code, table = emitter.code, emitter.table
     rights = [table.nodes[name].arguments[0] for name in emitter.unknowns]
@@ -51,7 +64,7 @@ def solution(emitter: "Emitter", inverse: Matrix) -> list[Any]:
     return [code.sum([value for value in total if value is not None]) for total in sums]
 
 
-def _column(emitter: "Emitter", unknown: str) -> list[Any]:
+def _column(emitter: Emitter, unknown: str) -> list[Any]:
     """A column of M_0 in blocks of rows."""
     found: list[tuple[Factor, str] | None] = []
     for name in emitter.unknowns:
@@ -66,11 +79,11 @@ def _column(emitter: "Emitter", unknown: str) -> list[Any]:
     return blocks
 
 
-def _broadcast(emitter: "Emitter", value: Any, place: int) -> Any:
+def _broadcast(emitter: Emitter, value: Any, place: int) -> Any:
     return emitter.code.shuffle(value, value, [place] * emitter.code.width)
 
 
-def _replaced(emitter: "Emitter", value: Any, other: Any, place: int) -> Any:
+def _replaced(emitter: Emitter, value: Any, other: Any, place: int) -> Any:
     """A vector with one item from another."""
     width = emitter.code.width
     return emitter.code.shuffle(value, other, [width + i if i == place else i for i in range(width)])

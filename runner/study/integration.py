@@ -11,6 +11,7 @@ from qddot.runner.takers import misfit, taken
 
 #: Family of methods -> the table below [integration] that its methods read, too.
 TABLE_OF = {"fixed": "fixed", "exact": "fixed", "adaptive": "adaptive", "stiff": "adaptive"}
+TABLE_OF |= dict.fromkeys(("taylor", "auto"), "adaptive")
 
 
 def integration_arguments(given: Integration, amounts: Amounts) -> dict[str, Any]:

@@ -1,0 +1,130 @@
+"""A run of Taylor's method around its compiled loop."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import from_dtype, types
+from numpy.typing import NDArray
+
+from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.log import LOG, Log, log_for
+from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.search import WATCH
+from qddot.runner.frame.slices import run_slices
+from qddot.runner.frame.stops import stops_to_end
+from qddot.runner.frame.workplace import restorer, run_in_place
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.compiling import working_time
+from qddot.runner.machine.memory import record
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Statistics, Trajectory
+from qddot.runner.taylor.loop import run_slice
+from qddot.runner.taylor.space import COURSE, SPACE, space_for
+from qddot.runner.taylor.step import order_for
+
+if TYPE_CHECKING:
+    from qddot.runner.method import Method
+
+#: Coefficients computed in a slice: some milliseconds of work.
+SLICE_WORK = 1_000_000
+#: Points saved in a step where no output times are given: a step is some tenth of an oscillation.
+REFINE = 4
+
+
+@cache
+def _compiled_loop() -> Any:
+    signature = types.int64(*map(from_dtype, (SPACE, COURSE, LOG, WATCH)), types.int64)
+    return compiled(signature, _nrt=False, nogil=True)(run_slice)
+
+
+def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+    """Integrate a model by the Taylor series of its solution; reads the options of adaptive methods, see `Options`.
+
+    The order follows from the least relative tolerance; the dense output is the series. Saves options.refine points a
+    step, or at options.output_times. Events end up in extras["events"], an `EventLog`.
+    Raises ValueError where the right-hand side has no recurrences, and for events or times that make no sense.
+    """
+    return run_in_place(_workplace, problem, method, options)
+
+
+@dataclass(frozen=True, eq=False)
+class _Workplace:
+    """One run at a time: what the loop is called with; `arrays` are what its records know by address."""
+
+    options: Options
+    course: np.void
+    log: Log
+    state: NDArray[np.float64]
+    one_slice: Callable[[], int]
+    restore: Callable[[], None]
+    arrays: Any
+
+    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
+        """See `Workplace`."""
+        start, course, options = working_time(), self.course, self.options
+        self.restore()
+        self.state[:] = problem.initial_state
+        self.log.begin(problem.initial_state)
+        status = run_slices(
+            self.one_slice,
+            fraction_done=lambda: float((course["now"] - problem.t0) / (problem.t1 - problem.t0)),
+            progress=options.progress,
+            time_limit=options.time_limit,
+        )
+        self.log.save(float(course["now"]), self.state)
+        steps, evaluations = int(course["steps"]), int(course["evaluations"])
+        counts = Statistics(steps=steps, evaluations=evaluations, wall_time=working_time() - start)
+        found = self.log.trajectory(status, counts, course["now"], course["failed_state"], options.events)
+        return found, self.log.reusable(status)
+
+
+def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
+    code = problem.recurrences
+    if code is None:
+        raise ValueError(
+            f"method {method.name} takes the recurrences of a generated model, and this is a function; choose another, "
+            "such as dop853"
+        )
+    rtol, atol = options.tolerances(len(problem.initial_state))
+    order = order_for(options.least_rtol)
+    space, arrays = space_for(problem, code, order, rtol, atol)
+    watch, watch_arrays = watch_for(options.events, int(space["n"]))
+    wanted = wanted_times(options.output_times, problem.t0, problem.t1)
+    refine = 0 if options.output_times is not None else options.refine or REFINE
+    stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
+    log = log_for(problem, stops, wanted, refine=refine, events=len(options.events))
+    course, loop = _course(problem, options), _compiled_loop()
+    most_steps = max(16, SLICE_WORK // (order * order * int(space["n"])))
+
+    def one_slice() -> int:
+        log.make_room(len(options.events))
+        return int(loop(space, course, log.record, watch, most_steps))
+
+    memory, places = arrays["memory"], code.memory
+    return _Workplace(
+        options,
+        course,
+        log,
+        memory[places.states : places.states + int(space["n"])],
+        one_slice,
+        restorer(course, log.record, watch, arrays["reader"], memory[places.sides :][: len(code.table.sides)]),
+        (space, arrays, watch_arrays),
+    )
+
+
+def _course(problem: Problem, options: Options) -> np.void:
+    return record(
+        COURSE,
+        max_steps=options.max_steps or 0,
+        failed_state=-1,
+        restart=1,
+        now=problem.t0,
+        max_step=options.max_step or np.inf,
+        first_step=options.first_step or 0.0,
+        longest_first=problem.longest_first_step,
+        rtol=options.least_rtol,
+        limit=options.divergence_limit,
+    )
