@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from qddot.runner.batch.outcome import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.files import written_aside
 
@@ -37,7 +38,7 @@ def _columns(results: Results) -> Iterator[tuple[str, str, Any]]:
     said = results.data["status"].attrs
     names = dict(zip(said["flag_values"], said["flag_meanings"].split(), strict=True))
     yield "status", "", np.array([names[int(code)] for code in results.status], dtype=object)
-    yield "failed_at", "s", results.data["failed_at"].to_numpy()
+    yield "failed_at", "s", np.where(results.status == NOT_RUN, np.nan, results.data["failed_at"])
     for name in results.metrics:
         yield name, results.unit(name), results.column(name)
 

@@ -1,5 +1,6 @@
 """A store as a data set with one dimension for each axis of its sweep."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,9 @@ def open_batch(path: str | Path) -> Any:
     `open_batch(path)["hull"].sel(delay=1.85, method="nearest")`. Axes that advance together (zip, samples) share the
     dimension of the first of them. The values are loaded. A batch that is not finished has the attribute `partial`,
     which says how far it is, and nothing of the runs that are missing: their status is -1, their numbers are NaN.
+    Runs of blocks that are damaged are missing; the attribute `damaged` and a warning name these blocks.
     `failed_state` is a name, as on a solution.
-    Raises StoreError where there is no store.
+    Raises StoreError where there is no store, or where what stands beside its blocks is damaged.
     """
     data = _whole_blocks(Results(Path(path)))
     groups, shape = data.attrs["groups"], data.attrs["shape"]
@@ -45,6 +47,9 @@ def _whole_blocks(results: Results) -> Any:
     data = results.data.load()
     if results.partial:
         data.attrs["partial"] = results.partial
+        if results.damaged:
+            data.attrs["damaged"] = results.damaged
+            warnings.warn(f"{results.path} is {results.damaged}", stacklevel=3)
         missing = results.status == NOT_RUN
         for name, each in data.data_vars.items():
             if each.dims[:1] == ("run",) and name not in results.axes:

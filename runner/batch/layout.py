@@ -18,7 +18,7 @@ from qddot.runner.problem import Status
 from qddot.runner.study.overrides import Tree
 
 #: Version of the layout: a store of another one is not gone on with.
-LAYOUT = 1
+LAYOUT = 2
 #: Libraries whose versions stand in the store.
 LIBRARIES = ("numba", "numpy", "scipy", "xarray", "zarr")
 

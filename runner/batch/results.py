@@ -1,6 +1,7 @@
 """What a store says, read back: rows by name, failures with their reasons, the grid of its axes."""
 
 from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,11 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.batch.damage import ADVICE, Damage, damage_of
 from qddot.runner.batch.outcome import NOT_RUN, REFUSED
-from qddot.runner.batch.store import Store, dataset
+from qddot.runner.batch.store import Store, read_array
 from qddot.runner.checks import unknown
 from qddot.runner.problem import Status
 from qddot.runner.result import WHAT
+
+
+def _readable(store: Store, name: str, unreadable: Collection[int]) -> NDArray[Any]:
+    """The values of a result, those of blocks that cannot be read NaN or 0."""
+    array, size = store.array(name), store.block
+    values = np.full(array.shape, np.nan if array.dtype.kind == "f" else 0, dtype=array.dtype)
+    for index in set(range(-(-len(values) // size))) - set(unreadable):
+        values[index * size : (index + 1) * size] = read_array(array, index * size, (index + 1) * size)
+    return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,19 +39,39 @@ class Results:
         return Store(self.path)
 
     @cached_property
+    def damage(self) -> Damage:
+        """What of the blocks is not as it was written; StoreError where something beside them is not."""
+        return damage_of(self.store)
+
+    @cached_property
     def data(self) -> Any:
-        """The xarray.Dataset."""
-        return dataset(self.path)
+        """The xarray.Dataset, whose values are read when they are asked for; what cannot be read is NaN, or 0."""
+        import xarray  # noqa: PLC0415 - slow to import, and computing needs none
+
+        unreadable = self.damage.unreadable
+        data = xarray.open_zarr(self.path, consolidated=True, chunks=None)
+        for name, blocks in unreadable.items():
+            data[name] = data[name].copy(data=_readable(self.store, name, blocks))
+        return data
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
         """How each run ended (n_runs,): a Status, REFUSED or NOT_RUN.
 
-        A run of a block that is not finished is NOT_RUN, whatever a process that was killed wrote of it.
+        A run of a block that is not finished is NOT_RUN, whatever a process that was killed wrote of it, and so is one
+        of a block that is damaged.
         """
         status = np.array(self.data["status"])
-        status[~self.store.stored(len(status))] = NOT_RUN
+        sound = np.zeros(-(-len(status) // self.store.block), dtype=np.bool_)
+        sound[sorted(self.store.finished() - self.damage.blocks.keys())] = True
+        status[~np.repeat(sound, self.store.block)[: len(status)]] = NOT_RUN
         return status
+
+    @property
+    def damaged(self) -> str:
+        """`damaged: block 3 (runs 12 to 15): travel; ...`, what of it and what to do; nothing where nothing is."""
+        lines = self.damage.told(self.store.block, len(self.status))
+        return f"damaged: {'; '.join(lines)}; {ADVICE}" if lines else ""
 
     @cached_property
     def partial(self) -> str:

@@ -7,10 +7,13 @@ from typing import Any
 
 from qddot.runner.batch.block import warm_up
 from qddot.runner.batch.differences import differences
+from qddot.runner.batch.disk import tidy
 from qddot.runner.batch.job import Job, read_job
 from qddot.runner.batch.layout import attributes, versions
+from qddot.runner.batch.making import create, locked, remove
+from qddot.runner.batch.mending import mended
 from qddot.runner.batch.stopping import Wish, stoppable
-from qddot.runner.batch.store import OWN, Store, StoreError, create, free, locked, remove, tidy
+from qddot.runner.batch.store import OWN, Store, StoreError, free
 from qddot.runner.batch.threads import on_threads
 from qddot.runner.files import folder_ready
 from qddot.runner.workers import cores
@@ -55,11 +58,13 @@ def check_workers(workers: int | None, scheduler: str | None) -> None:
         check_address(scheduler)
 
 
-def opened(job: Job, path: Path, fresh: bool = False) -> Store:
-    """The batch's store at this path: a new one, or the one that is there.
+def opened(
+    job: Job, path: Path, fresh: bool = False, tell: Callable[[list[str]], None] = lambda damaged: None
+) -> Store:
+    """The batch's store at this path: a new one, or the one that is there, mended where something of it is damaged.
 
-    Everything is compiled then; worker processes find it in the cache. fresh: remove a store that is there. Raises
-    StoreError where that is of another batch, or of none.
+    Everything is compiled then; worker processes find it in the cache. fresh: remove a store that is there. tell:
+    called with what was damaged. Raises StoreError where the store is of another batch, or of none.
     """
     folder_ready(path.parent)  # before minutes of compiling
     if not free(path):
@@ -74,6 +79,8 @@ def opened(job: Job, path: Path, fresh: bool = False) -> Store:
         raise StoreError(
             f"{path} is of another batch:\n  {reasons}\ngive another --out, or --fresh to compute it all again"
         )
+    if damaged := mended(store, job):
+        tell(damaged)
     return store
 
 
@@ -96,7 +103,7 @@ def computed(
     announce: called with the number of the signal that wants it to stop; ready: when the first block begins, with
     everything compiled and loaded.
     """
-    job = replace(job, block=int(store.attributes["block"]))
+    job = replace(job, block=store.block)
     with locked(store.path), stoppable(announce) as wish:
         tidy(store.path)
         done = store.finished()

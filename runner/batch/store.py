@@ -2,18 +2,13 @@
 
 A block is finished when its marker, `.qddot/blocks/<index>.json`, is there. The marker is written after the block's
 chunks have reached the disk, beside its place, and renamed: a batch that is killed at any moment leaves blocks that
-are finished and blocks that will be computed again.
+are finished and blocks that will be computed again. It holds digests of the block's values; those of the coordinates,
+and what the metadata say, stand in `.qddot/store.json`: `damage` finds by them what is not as it was written.
 """
 
-import json
-import os
-import secrets
-import shutil
-import warnings
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cached_property
-from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +17,14 @@ import zarr
 from numpy.typing import NDArray
 
 from qddot.runner.batch.block import Block
-from qddot.runner.batch.job import Job
-from qddot.runner.batch.layout import Variable, attributes, variables
-from qddot.runner.files import alone, folder_ready
+from qddot.runner.batch.digests import DamagedError, json_of, of_values, sealed, unsealed
+from qddot.runner.batch.disk import cleared, synchronize, written_down
 
 OWN = ".qddot"
+#: Attributes by which a store is known.
+_TELLING = {"qddot_layout", "block", "definition", "kernel_digest", "file_digests", "axes_digest", "versions"}
+#: What the metadata of an array say that matters: not how its chunks are packed.
+_SAID = ("shape", "data_type", "fill_value", "dimension_names", "attributes", "chunk_grid")
 
 
 class StoreError(ValueError):
@@ -36,15 +34,51 @@ class StoreError(ValueError):
 class Store:
     """A store that exists; many threads and processes may write blocks of it at once."""
 
+    #: The file, in the store, of what stands beside the blocks.
+    RECORD = f"{OWN}/store.json"
+
     def __init__(self, path: Path) -> None:
-        if not (path / OWN).is_dir() or not (path / "zarr.json").is_file():
+        if not (path / OWN).is_dir() or not any((path / name).is_file() for name in ("zarr.json", self.RECORD)):
             raise StoreError(f"{path}: {_found(path)}; `qddot batch STUDY.toml --out PATH` makes a store of a batch")
         self.path = path
 
     @cached_property
+    def record(self) -> dict[str, Any]:
+        """What stands beside the blocks, see `_fill`. Raises DamagedError where that is not as it was written."""
+        return unsealed(self.path / self.RECORD)
+
+    @cached_property
     def attributes(self) -> dict[str, Any]:
-        """What the store says about its batch, see `layout.attributes`."""
-        return dict(zarr.open_group(str(self.path), mode="r", use_consolidated=False).attrs)
+        """What the store says about its batch, see `layout.attributes`. Raises StoreError where nothing does."""
+        try:
+            return dict(self.record["attributes"])
+        except DamagedError:
+            pass
+        try:
+            said = json_of(self.path / "zarr.json").get("attributes")
+        except DamagedError:
+            said = None
+        if not isinstance(said, dict) or not said.keys() >= _TELLING:
+            raise StoreError(
+                f"{self.path} is damaged: zarr.json and {self.RECORD}, so nothing tells of which batch it is; "
+                "`qddot batch` with --fresh computes it all again"
+            )
+        return said
+
+    @property
+    def block(self) -> int:
+        """Runs in a block."""
+        return int(self.attributes["block"])
+
+    @property
+    def runs(self) -> int:
+        """Runs of the batch."""
+        return int(self.record["variables"]["status"]["shape"][0])
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Names of the variables that are written in blocks."""
+        return tuple(self.record["results"])
 
     @cached_property
     def _group(self) -> zarr.Group:
@@ -52,28 +86,46 @@ class Store:
 
     @cached_property
     def _arrays(self) -> dict[str, Any]:
-        return {name: self._group[name] for name in json.loads((self.path / OWN / "results.json").read_text())}
+        return {name: self._group[name] for name in self.results}
+
+    def array(self, name: str) -> Any:
+        """The Zarr array of a result."""
+        return self._arrays[name]
+
+    def forget_what_was_read(self) -> None:
+        """Read the files of the store anew when they are wanted next: they were replaced."""
+        for name in ("record", "attributes", "_group", "_arrays"):
+            self.__dict__.pop(name, None)
 
     @property
     def markers(self) -> Path:
         """The folder of the markers."""
         return self.path / OWN / "blocks"
 
-    def finished(self) -> set[int]:
-        """The blocks that are finished."""
-        return {int(marker.stem) for marker in self.markers.glob("[0-9]*.json")}
+    def markers_read(self) -> tuple[dict[int, dict[str, Any]], list[int]]:
+        """What the markers say by block, in order; and the blocks whose markers are damaged."""
+        notes, damaged = dict[int, dict[str, Any]](), list[int]()
+        for marker in sorted(self.markers.glob("[0-9]*.json")):
+            if not re.fullmatch(r"\d{8,12}", marker.stem):
+                continue
+            index = int(marker.stem)
+            try:
+                notes[index] = unsealed(marker)
+                known = index * self.block < self.runs and notes[index]["block"] == index
+            except (DamagedError, KeyError):
+                known = False
+            if not known:
+                notes.pop(index, None)
+                damaged.append(index)
+        return notes, damaged
 
-    def stored(self, runs: int) -> NDArray[np.bool_]:
-        """Which of so many runs are in blocks that are finished (runs,)."""
-        block = int(self.attributes["block"])
-        blocks = np.zeros(-(-runs // block), dtype=np.bool_)
-        blocks[sorted(self.finished())] = True
-        return np.repeat(blocks, block)[:runs]
+    def finished(self) -> set[int]:
+        """The blocks that are finished: those whose markers say so."""
+        return set(self.markers_read()[0])
 
     def notes(self) -> Iterator[dict[str, Any]]:
-        """What the markers say: block, runs, failed, steps, wall_time, reasons of refused runs."""
-        for index in sorted(self.finished()):
-            yield json.loads((self.markers / f"{index:08d}.json").read_text())
+        """What the markers say: block, runs, failed, steps, wall_time, reasons of refused runs, digests."""
+        yield from self.markers_read()[0].values()
 
     def write(self, block: Block, wall_time: float) -> dict[str, Any]:
         """Write a block, then its marker; returns what that says. Raises OSError where the disk does not take it."""
@@ -89,14 +141,32 @@ class Store:
             "steps": block.steps,
             "wall_time": wall_time,
             "reasons": {str(run): reason for run, reason in block.reasons.items()},
+            "digests": {
+                name: of_values(np.asarray(values, dtype=self._arrays[name].dtype))
+                for name, values in block.rows.items()
+            },
         }
-        written_down(self.markers / f"{block.index:08d}.json", note)
+        written_down(self._marker(block.index), sealed(note))
         return note
+
+    def forget(self, index: int) -> None:
+        """Take a block for not computed: its marker goes first, then its chunks."""
+        cleared(self._marker(index))
+        synchronize(self.markers)
+        for name in self.results:
+            cleared(self.chunk(name, index))
+
+    def _marker(self, index: int) -> Path:
+        return self.markers / f"{index:08d}.json"
+
+    def chunk(self, name: str, index: int) -> Path:
+        """Where the chunk of a block lies; there is none where it would hold nothing but the fill value."""
+        places = len(self.record["variables"][name]["shape"]) - 1
+        return self.path.joinpath(name, "c", str(index), *("0" for _ in range(places)))
 
     def _to_disk(self, name: str, index: int) -> None:
         """Have the chunk of a block reach the disk; chunks of nothing but the fill value are not written at all."""
-        places = self._arrays[name].ndim - 1
-        chunk = self.path.joinpath(name, "c", str(index), *("0" for _ in range(places)))
+        chunk = self.chunk(name, index)
         for path in (chunk, chunk.parent):
             if path.exists():
                 synchronize(path)
@@ -114,111 +184,14 @@ def free(path: Path) -> bool:
     return not any(path.iterdir()) if path.is_dir() else not path.exists()
 
 
-def create(path: Path, job: Job) -> Store:
-    """A new store of a batch without finished blocks, or the store that is there; it appears whole or not at all.
-
-    Where two processes of this machine want to make it at once, one does.
-    """
-    folder_ready(path.parent)
-    aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    with alone(path.parent):
-        for stale in path.parent.glob(f".{escape(path.name)}.{8 * '[0-9a-f]'}"):
-            shutil.rmtree(stale, ignore_errors=True)
-        if not free(path):
-            return Store(path)
-        try:
-            _fill(aside, job)
-            os.rename(aside, path)
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
-    synchronize(path.parent)
-    return Store(path)
+def seen(metadata: Any) -> dict[str, Any]:
+    """What the metadata of an array say that matters."""
+    return {key: metadata.get(key) for key in _SAID} if isinstance(metadata, dict) else {}
 
 
-def _fill(path: Path, job: Job) -> None:
-    group = zarr.create_group(str(path), zarr_format=3, attributes=attributes(job))
-    results = [each.name for each in variables(job) if _create(group, each, job.block)]
-    with warnings.catch_warnings():  # xarray reads consolidated metadata of this format, too
-        warnings.simplefilter("ignore")
-        zarr.consolidate_metadata(str(path))
-    (path / OWN / "blocks").mkdir(parents=True)
-    written_down(path / OWN / "results.json", results)
-
-
-def remove(path: Path) -> None:
-    """Remove a store: at once, and not while its batch is being computed, which is a StoreError."""
-    aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    with alone(path.parent), locked(path):
-        os.rename(path, aside)
-        shutil.rmtree(aside)
-
-
-def _create(group: zarr.Group, variable: Variable, block: int) -> bool:
-    """Make an array; whether it is a result, to be written in blocks."""
-    result = variable.values is None
-    array = group.create_array(
-        variable.name,
-        shape=variable.shape,
-        chunks=(min(block, variable.shape[0]), *variable.shape[1:]) if result else variable.shape,
-        dtype=variable.dtype,
-        fill_value=variable.fill,
-        dimension_names=variable.dimensions,
-        attributes=variable.attributes,
-    )
-    if variable.values is not None:
-        array[:] = variable.values
-    return result
-
-
-def written_down(path: Path, content: Any) -> None:
-    """Write JSON beside its place, have it reach the disk, and rename it."""
-    aside = path.with_name(f"{path.name}.{secrets.token_hex(4)}.partial")
+def read_array(array: Any, first: int = 0, stop: int | None = None) -> NDArray[Any] | None:
+    """Values of a Zarr array, from one place to another; None where they cannot be read, whatever the reason."""
     try:
-        with aside.open("w", encoding="utf-8") as file:
-            json.dump(content, file)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    except BaseException:
-        aside.unlink(missing_ok=True)
-        raise
-    synchronize(path.parent)
-
-
-def synchronize(path: Path) -> None:
-    """Have a file or a folder reach the disk."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def tidy(path: Path) -> None:
-    """Remove what a killed batch left half written."""
-    for partial in path.rglob("*.partial"):
-        partial.unlink(missing_ok=True)
-
-
-@contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Keep other processes of this machine from computing the same batch; StoreError where one does already."""
-    import fcntl  # noqa: PLC0415 - of POSIX systems
-
-    lock = path / OWN / "lock"
-    with lock.open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise StoreError(f"{path}: another process is computing this batch") from None
-        if not lock.exists() or not os.path.samestat(os.fstat(file.fileno()), lock.stat()):
-            raise StoreError(f"{path}: another process removed this store; give the same command again")
-        yield
-
-
-def dataset(path: Path) -> Any:
-    """The store as an xarray.Dataset, loaded when its values are asked for; raises StoreError where it is none."""
-    import xarray  # noqa: PLC0415 - slow to import, and computing needs none
-
-    Store(path)
-    return xarray.open_zarr(path, consolidated=True, chunks=None)
+        return np.asarray(array[first:stop])
+    except Exception:
+        return None

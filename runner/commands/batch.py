@@ -10,7 +10,7 @@ from qddot.runner.batch.run import check_workers, computed, opened, updated
 from qddot.runner.batch.store import Store, free
 from qddot.runner.commands.plot import picture_of
 from qddot.runner.report.batch_progress import BatchProgress
-from qddot.runner.report.batch_tables import counts, print_summary, wide_console
+from qddot.runner.report.batch_tables import counts, print_summary, tell_damage, wide_console
 from qddot.runner.stale import as_it_stands, begun_with, choosing, kept
 from qddot.runner.study.overrides import parsed
 
@@ -35,7 +35,7 @@ def batch(
     path = out if out is not None else Path("results") / f"{study.stem}.zarr"
     with _kernels(path, fresh, keep_kernels):
         job = read_job(study, parsed(settings))
-    store = opened(job, path, fresh)
+    store = opened(job, path, fresh, lambda damaged: tell_damage(f"{path} is damaged: {'; '.join(damaged)}; mended"))
     progress, stopped_by = _compute(job, store, workers, scheduler)
     results = Results(store.path)
     console = wide_console()

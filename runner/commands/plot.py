@@ -7,7 +7,7 @@ from qddot.runner.batch.results import Results
 from qddot.runner.batch.store import StoreError
 from qddot.runner.checks import unknown
 from qddot.runner.files import named
-from qddot.runner.report.batch_tables import wrote
+from qddot.runner.report.batch_tables import status_of, wrote
 
 
 def picture_of(store: Path, **chosen: Sequence[object]) -> Path:
@@ -16,7 +16,7 @@ def picture_of(store: Path, **chosen: Sequence[object]) -> Path:
 
 
 def plot(store: Path, metrics: Sequence[str], over: Sequence[str], runs: str | None, into: Path | None) -> int:
-    """Draw a figure of a store."""
+    """Draw a figure of a store. 1 where it is damaged."""
     from qddot.runner.report.batch_figures import draw  # noqa: PLC0415 - matplotlib is slow to import
 
     results = Results(store)
@@ -29,7 +29,7 @@ def plot(store: Path, metrics: Sequence[str], over: Sequence[str], runs: str | N
         name = picture_of(store, runs=[runs] if runs in ENDS else chosen, metric=metrics)
         path = draw(results, into or name, runs=chosen)
     wrote(results, path)
-    return 0
+    return status_of(results)
 
 
 #: Runs by what they are.

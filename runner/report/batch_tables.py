@@ -87,3 +87,15 @@ def wrote(results: Results, path: Path) -> None:
     """Say what was written, and of how many runs where some are not computed yet."""
     said = f"wrote {path}" + (f", {results.partial}" if results.partial else "")
     Console(markup=False, emoji=False).print(said, highlight=False, soft_wrap=True)
+
+
+def status_of(results: Results) -> int:
+    """The exit status of a command that shows results: 1 where some of them are damaged, which is told."""
+    if results.damaged:
+        tell_damage(f"{results.path} is {results.damaged}")
+    return 1 if results.damaged else 0
+
+
+def tell_damage(text: str) -> None:
+    """Note, beside the results, what of a store was damaged."""
+    Console(stderr=True, markup=False, emoji=False).print(f"note: {text}", highlight=False, soft_wrap=True)
