@@ -25,7 +25,8 @@ def one(case: Case, method: str, **options: Any) -> Callable[[float], Run]:
     settings: dict[str, Any] = {"method": method, "initial": case.starts[0], **options, **case.one(case)}
 
     def at(tolerance: float) -> Run:
-        tolerances: dict[str, Any] = {"rtol": tolerance, "atol": tolerance * case.atol} if tolerance else {}
+        free = not tolerance or method == "exact"
+        tolerances: dict[str, Any] = {} if free else {"rtol": tolerance, "atol": tolerance * case.atol}
         simulation = qddot.prepare(case.model, (0.0, case.end), **settings, **tolerances)
         return lambda: simulation(case.starts[0]).states[-1:]
 
@@ -43,7 +44,8 @@ def many(case: Case, method: str, keywords: Any = None, step: float | None = Non
     steps: dict[str, Any] = {} if step is None else {"step": step}
 
     def at(tolerance: float) -> Run:
-        tolerances: dict[str, Any] = {} if step else {"rtol": tolerance, "atol": tolerance * case.atol}
+        free = step or method == "exact"
+        tolerances: dict[str, Any] = {} if free else {"rtol": tolerance, "atol": tolerance * case.atol}
 
         def run() -> Floats:
             batch = qddot.simulate_batch(case.model, (0, case.end), **given, **steps, **tolerances)
