@@ -38,6 +38,7 @@ TAKEN = {
     **{name: ALL | STEPS for name in ("euler", "heun", "midpoint", "rk4", "exact")},
     **{name: ALL | CONTROL | {"controller"} for name in ("ode23", "ode45", "tsit5", "dop853", "vern7", "rodas5p")},
     "ode15s": ALL | CONTROL | {"max_order", "bdf"},
+    **dict.fromkeys(("taylor", "auto"), ALL | CONTROL),
 }
 
 STUDY = """\

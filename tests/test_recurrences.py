@@ -13,6 +13,7 @@ import qddot
 from qddot.codegen.recurrences import NoRecurrenceError, Recurrences, factor_text
 from qddot.codegen.rewrite import Names
 from qddot.runner.load import available
+from qddot.runner.machine import series_code as machine
 from qddot.runner.machine.recurrences import RecurrenceError, read_recurrences
 from qddot.runner.machine.series_code import series_code
 
@@ -147,11 +148,14 @@ def test_the_machine_code_agrees_with_the_rows():
         np.testing.assert_allclose(found[:, i], expected, rtol=1e-11, atol=1e-13, err_msg=list(EXPRESSIONS)[i])
 
 
-@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize(("sense", "width"), [(1, 2), (-1, 4), (1, 8)])
 @pytest.mark.parametrize("name", available())
-def test_the_series_of_a_model_is_that_of_its_table(name, sense):
+def test_the_series_of_a_model_is_that_of_its_table(name, sense, width, monkeypatch):
+    monkeypatch.setattr(machine, "_WIDTHS", ((width, 0),))
     model = qddot.load(name)
-    code, n = model.series, len(model.state_names)
+    tables, n = model.tables, len(model.state_names)
+    channels = tuple(channel.name for channel in tables.inputs[: tables.rhs_inputs])
+    code = series_code.__wrapped__(tables.recurrence, model.state_names, channels, tables.constant_names)
     random = np.random.default_rng(3)
     x, u = random.uniform(-1, 1, n), random.uniform(-1, 1, (4, model.tables.rhs_inputs))
     c = model.constants(model.parameter_values())

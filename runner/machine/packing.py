@@ -6,7 +6,6 @@ level and rule go together, `width` of them in a vector: a group. In lanes a gro
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 from qddot.runner.machine.recurrences import FUNCTIONS, ONE, TIME, Node, RecurrenceError, Recurrences
 
@@ -44,15 +43,10 @@ class Packing:
         """The groups of these kinds."""
         return tuple(group for group in self.groups if group.kind in kinds)
 
-    @cached_property
-    def states(self) -> tuple[Group, ...]:
-        """The groups of the states, in order."""
-        return self.kind("state")
-
 
 def pack(table: Recurrences, width: int) -> Packing:
     """The groups of a table."""
-    live, late = _live(table), _late(table)
+    live, late = live_nodes(table), _late(table)
     _check_late(table, late)
     levels = _levels(table, later=True)
     try:
@@ -170,7 +164,7 @@ def _ordered(groups: list[Group], home: Mapping[str, tuple[int, int]], later: bo
     return found
 
 
-def _live(table: Recurrences) -> set[str]:
+def live_nodes(table: Recurrences) -> set[str]:
     """The nodes whose coefficients of every order are needed."""
     found: set[str] = set()
     waiting = [*table.states, *(table.nodes[side].arguments[0] for side in table.sides)]

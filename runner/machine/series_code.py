@@ -20,16 +20,19 @@ from llvmlite import ir
 from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import cache_directory
-from qddot.runner.machine.packing import Packing, pack
+from qddot.runner.machine.packing import Packing, live_nodes, pack
 from qddot.runner.machine.recurrences import Recurrences, read_recurrences
-from qddot.runner.machine.series import Emitter
+from qddot.runner.machine.series import SUMS, Emitter
 from qddot.runner.machine.series_memory import Memory, memory_for
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
 #: Vectors of states that a polynomial is summed for at once.
 _SUMS = 8
-#: A registers' doubles, and the fewest coordinates for which vectors are as wide.
-_WIDTHS = ((8, 5), (4, 3), (2, 1))
+#: Doubles of a vector, and the fewest sums over lower orders for which vectors are as wide: with fewer of them, putting
+#: nodes side by side costs more than it saves.
+_WIDTHS = ((8, 28), (4, 16), (2, 0))
+#: Doubles of the vectors that a polynomial is summed in: rows of states are padded to as many.
+_WIDE = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,9 @@ class SeriesCode:
 def series_code(text: str, states: tuple[str, ...], inputs: tuple[str, ...], constants: tuple[str, ...]) -> SeriesCode:
     """The code of the table in this text, from where it is kept or compiled. Raises RecurrenceError."""
     table = read_recurrences(text, states, inputs, constants)
-    width = next(width for width, least in _WIDTHS if len(states) // 2 >= least)
+    live = live_nodes(table)
+    sums = sum(len(SUMS.get(node.rule, ())) for name, node in table.nodes.items() if name in live)
+    width = next(width for width, least in _WIDTHS if sums >= least)
     file = _file(repr((text, states, inputs, constants, width)))
     found = _read(file)
     if found is None:
@@ -78,10 +83,10 @@ def _machine() -> Any:
 def _compiled(packing: Packing, memory: Memory) -> bytes:
     """The object code of a packing; the memory is laid out on the way."""
     module = ir.Module("series")
-    series = _function(module, "series", [SCALAR.as_pointer(), INTEGER], packing.width)
+    series = _function(module, "series", [SCALAR.as_pointer(), INTEGER])
     Emitter(packing, VectorCode(ir.IRBuilder(series.append_basic_block()), packing.width), memory).emit()
     kinds = [SCALAR.as_pointer(), INTEGER, SCALAR, SCALAR.as_pointer()]
-    _emit_polynomial(_function(module, "polynomial", kinds, packing.width), packing, memory)
+    _emit_polynomial(_function(module, "polynomial", kinds), memory)
     machine = _machine()
     parsed = llvm.parse_assembly(str(module))
     parsed.triple, parsed.data_layout = machine.triple, str(machine.target_data)
@@ -93,20 +98,21 @@ def _compiled(packing: Packing, memory: Memory) -> bytes:
     return bytes(machine.emit_object(parsed))
 
 
-def _function(module: ir.Module, name: str, kinds: list[Any], width: int) -> ir.Function:
+def _function(module: ir.Module, name: str, kinds: list[Any]) -> ir.Function:
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), kinds), name)
     function.attributes.add("nounwind")
     function.args[0].add_attribute("noalias")
     return function
 
 
-def _emit_polynomial(function: ir.Function, packing: Packing, memory: Memory) -> None:
+def _emit_polynomial(function: ir.Function, memory: Memory) -> None:
     """Horner's sums of all states, from the highest order down."""
-    code = VectorCode(ir.IRBuilder(function.append_basic_block()), packing.width)
+    code = VectorCode(ir.IRBuilder(function.append_basic_block()), _WIDE)
     builder, (_, order, time, target) = code.builder, function.args
     factor = code.splat(time)
-    for start in range(0, len(packing.states), _SUMS):
-        places = [memory.states + i * code.width for i in range(start, min(start + _SUMS, len(packing.states)))]
+    count = memory.state_stride // _WIDE
+    for start in range(0, count, _SUMS):
+        places = [memory.states + i * _WIDE for i in range(start, min(start + _SUMS, count))]
         tops = [code.load(place, order, memory.state_stride) for place in places]
         with code.loop(INTEGER(0), order, tops) as (index, totals, after):
             k = builder.sub(builder.sub(order, INTEGER(1)), index)
