@@ -82,6 +82,15 @@ def flag(what: str, value: Any) -> bool:
     return bool(value)
 
 
+def terminal(what: str, value: Any) -> int:
+    """The crossings that end a run, 0 for none; raises ValueError naming `what` if it is no flag and no count."""
+    if isinstance(value, bool | np.bool_):
+        return int(value)
+    if not isinstance(value, int | np.integer) or not 1 <= value <= MOST_WHOLE:
+        raise ValueError(f"{what} is {shown(value)}, expected True, False, or a number of crossings, at least 1")
+    return int(value)
+
+
 def numbers(what: str, values: Any, expected: str = "numbers") -> NDArray[np.float64]:
     """A new float64 array, perhaps with infinities and NaN; raises ValueError naming `what` for anything but numbers.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from qddot.runner import checks
-from qddot.runner.checks import finite, finite_state, flag, numbers, row, shown, unknown
+from qddot.runner.checks import finite, finite_state, numbers, row, shown, unknown
 from qddot.runner.diagnosis import diagnosis
 from qddot.runner.equilibrium import Guess, rest
 from qddot.runner.frame.events import OutputCrossing, StateCrossing
@@ -184,12 +184,15 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
     )
 
 
-def crossing(model: Model, name: str, level: float = 0.0, *, direction: int = 0, terminal: bool = False) -> Crossing:
+def crossing(
+    model: Model, name: str, level: float = 0.0, *, direction: int = 0, terminal: bool | int = False
+) -> Crossing:
     """An event for `simulate`: a state or an output of the model crosses a level, in its unit.
 
-    direction: 1 rising, -1 falling, 0 both. terminal: the run ends there. Raises ValueError for an unknown name.
+    direction: 1 rising, -1 falling, 0 both. terminal: the run ends there; a number n ends it at the n-th crossing in
+    this direction. How closely a step is followed: see `runner.frame.events`. Raises ValueError for an unknown name.
     """
-    model, level, terminal = as_model(model), finite("level", level), flag("terminal", terminal)
+    model, level = as_model(model), finite("level", level)
     way = checks.direction("direction", direction)
     if not isinstance(name, str):
         raise ValueError(f"name is {shown(name)}, expected that of a state or an output")

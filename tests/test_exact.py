@@ -8,56 +8,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linear_runs import full, inputs_of, slopes_of, states_of
 from matrices import linear_matrices
-from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import qddot
-from qddot.runner import abi
 from qddot.runner.exact import ladder, run, taylor
 from qddot.runner.inputs.signal import stack
 from qddot.runner.inputs.tables import table
 from qddot.runner.load import available, load
-from qddot.runner.matrices import PlacedKernel, pattern
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status
 from qddot.runner.takers import fitted
 
 LINEAR = [name for name in available() if load(name).tables.linear]
-
-
-@njit(abi.VECTOR_KERNEL)
-def states_of(t, x, u, c, values):
-    """A as it lies in the constants."""
-    for k in range(len(x) ** 2):
-        values[k] = c[k]
-
-
-@njit(abi.VECTOR_KERNEL)
-def inputs_of(t, x, u, c, values):
-    """B without its last column, behind A."""
-    n, m = len(x), len(u)
-    for i in range(n):
-        for j in range(m):
-            values[m * i + j] = c[n * n + (m + 1) * i + j]
-
-
-@njit(abi.VECTOR_KERNEL)
-def slopes_of(t, x, u, c, dx):
-    """A x + B [u, 1]."""
-    n, m = len(x), len(u)
-    for i in range(n):
-        dx[i] = c[n * n + (m + 1) * i + m]
-        for j in range(m):
-            dx[i] += c[n * n + (m + 1) * i + j] * u[j]
-        for j in range(n):
-            dx[i] += c[n * i + j] * x[j]
-
-
-def full(kernel, *shape):
-    return PlacedKernel(kernel, pattern((tuple(range(shape[1])),) * shape[0], shape))
 
 
 def propagate(A, B, x0, span, signals=(), orders=None, **options):
@@ -286,9 +252,6 @@ def test_what_is_not_linear_is_refused():
         qddot.simulate(load("pendulum"), (0, 1), method="exact")
     with pytest.raises(ValueError, match="needs a linear model"):
         qddot.solve(slopes_of, (0, 1), [0.0], constants=[0.0] * 3, method="exact")
-    event = qddot.crossing(load("quarter_car"), "z_s")
-    with pytest.raises(ValueError, match="finds no events"):
-        qddot.simulate(load("quarter_car"), (0, 1), method="exact", events=[event])
 
 
 def test_a_study_runs_exactly(tmp_path):

@@ -196,11 +196,6 @@ def test_a_span_without_an_end_needs_an_event_that_ends_it(given, message):
         qddot.simulate(CAR, (0, np.inf), **given)
 
 
-def test_a_method_of_constant_step_refuses_events():
-    with pytest.raises(ValueError, match="events: method rk4 of constant step finds none"):
-        qddot.simulate(CAR, (0, 0.01), step=1e-3, events=[qddot.crossing(CAR, "z_s")])
-
-
 def test_a_batch_goes_forward_and_says_so():
     with pytest.raises(ValueError, match=r"span of run 1 is \(2.0, 1.0\).*qddot.simulate goes backward"):
         qddot.simulate_batch(CAR, (np.array([0.0, 2.0]), 1.0), step=1e-3)

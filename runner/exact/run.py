@@ -38,8 +38,8 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     """Propagate x' = A x + B [u, 1] exactly, to rounding, and save at the wanted times.
 
     Wanted are options.output_times, or every options.every-th point of a grid of options.step, or 5001 points; start
-    and end always. Raises ValueError for a problem that is not said to be linear, for events, and for times outside
-    the span.
+    and end always. Events are found on Taylor series, see `follow`. Raises ValueError for a problem that is not said to
+    be linear, for an event that makes no sense, and for times outside the span.
     """
     return run_in_place(_workplace, problem, method, options)
 
@@ -61,6 +61,11 @@ class _Workplace:
         self.restore()
         self.arrays.saved[0] = problem.initial_state
         _compiled_begin()(s, problem.constants, self.A, self.B, problem.initial_state)
+        if options.events:
+            from qddot.runner.exact.follow import integrate_with_events  # noqa: PLC0415 - most runs watch for none
+
+            found = integrate_with_events(problem, options, s, self.arrays.outputs[1:-1])
+            return found, found.status in (Status.FINISHED, Status.TERMINATED)
         status = run_slices(
             partial(_compiled_loop(), s, SLICE_WORK),
             fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
@@ -76,8 +81,6 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
             f"method {method.name} needs a linear model, x' = A x + B u: give qddot.simulate a generated model that is "
             "linear (qddot show MODEL), or choose another method, such as dop853"
         )
-    if options.events:
-        raise ValueError(f"method {method.name} finds no events yet; choose an adaptive method, such as dop853")
     n, t0, t1 = len(problem.initial_state), float(problem.t0), float(problem.t1)
     near = ROUNDING * max(abs(t0), abs(t1))
     outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)

@@ -92,16 +92,16 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
     )
     space, space_arrays = space_for(problem, rtol, atol)
     coefficients, _ = pair_for(pair)
-    watch, watch_arrays = watch_for(options.events, int(space["n"]))
+    watch, watch_arrays = watch_for(options.events, int(space["n"]), int(coefficients["degree"]))
     course, loop = _course(problem, options, pair), _compiled_loop()
     wanted = wanted_times(options.output_times, problem.t0, problem.t1)
     refine = 0 if options.output_times is not None else options.refine or pair.refine
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
-    log = log_for(problem, stops, wanted, refine=refine, events=len(options.events))
+    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]))
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * pair.tableau.stages))
 
     def one_slice() -> int:
-        log.make_room(len(options.events))
+        log.make_room(int(watch["most"]))
         return int(loop(space, coefficients, control, course, log.record, watch, most_steps))
 
     return _Workplace(

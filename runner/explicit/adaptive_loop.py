@@ -135,7 +135,7 @@ def complete_step(space, pair, course, log, ended):
 def run_slice(space, pair, control, course, log, watch, most_steps):
     """At most `most_steps` steps; returns a status. RUNNING also where there is no room for what another step saves."""
     for _ in range(most_steps):
-        if not has_room(log, watch.count):
+        if not has_room(log, watch.most):
             return RUNNING
         if course.restart:
             status = restart(space, pair, control, course, log, watch)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,10 +10,14 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from qddot.runner.explicit.march import MARCH, run_slice, steps_of
+from qddot.runner.explicit.march_with_events import run_slice_with_events
 from qddot.runner.explicit.step import PAIR, tableau_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
+from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.hermite import DEGREE
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import grid_stops
 from qddot.runner.frame.workplace import restorer, run_in_place
@@ -39,10 +43,18 @@ def _compiled_loop() -> Any:
     return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice)
 
 
+@cache
+def _compiled_loop_with_events() -> Any:
+    records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH, LOG, WATCH))
+    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice_with_events)
+
+
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """March `problem` with options.step; saves at options.output_times or every options.every-th grid point.
 
-    Raises ValueError where the step is missing, does not advance the time, or output times lie outside the span.
+    Events are found on the cubic through the states and slopes at the ends of a step, and end up in extras["events"],
+    an `EventLog`. Raises ValueError where the step is missing, does not advance the time, or output times lie outside
+    the span, and for an event that makes no sense.
     """
     return run_in_place(_workplace, problem, method, options)
 
@@ -74,8 +86,9 @@ class _Workplace:
         )
         self.log.save(float(march["now"]), self.state)
         steps = int(march["steps"])
-        counts = Statistics(steps=steps, evaluations=steps * self.stages, wall_time=working_time() - start)
-        found = self.log.trajectory(status, counts, march["failed_at"], march["failed_state"])
+        evaluations = steps * self.stages + int(march["end_slopes"])
+        counts = Statistics(steps=steps, evaluations=evaluations, wall_time=working_time() - start)
+        found = self.log.trajectory(status, counts, march["failed_at"], march["failed_state"], options.events)
         return found, self.log.reusable(status)
 
 
@@ -87,15 +100,24 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
     space, space_arrays = space_for(problem, np.zeros(1), np.zeros(1))
     tableau, _ = tableau_for(method.tableau)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * stages))
+    watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
+    loop = _compiled_loop_with_events() if options.events else _compiled_loop()
+
+    def one_slice() -> int:
+        if not options.events:
+            return int(loop(space, tableau, march, log.record, most_steps))
+        log.make_room(int(watch["most"]))
+        return int(loop(space, tableau, march, log.record, watch, most_steps))
+
     return _Workplace(
         options,
         stages,
         march,
         log,
         state_of(space, space_arrays),
-        partial(_compiled_loop(), space, tableau, march, log.record, most_steps),
-        restorer(space, march, log.record, space_arrays["reader"]),
-        space_arrays,
+        one_slice,
+        restorer(space, march, log.record, watch, space_arrays["reader"]),
+        (space_arrays, watch_arrays),
     )
 
 

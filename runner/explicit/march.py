@@ -8,14 +8,7 @@ import numpy as np
 
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_stages
-from qddot.runner.explicit.workspace import (
-    BLOCK_BYTES,
-    K0,
-    NEW,
-    Y,
-    combine_with_latest,
-    copy,
-)
+from qddot.runner.explicit.workspace import BLOCK_BYTES, K0, NEW, Y, combine_with_latest, copy
 from qddot.runner.frame.log import next_stop, save, take_wanted
 from qddot.runner.frame.space import look_up, row_address, states
 from qddot.runner.inputs.instants import ROUNDING, rounding
@@ -31,8 +24,11 @@ RUNNING, FINISHED, NON_FINITE = int(Status.RUNNING), int(Status.FINISHED), int(S
 #: Fields of a march. The steps end at t0 + k*step for k = 1..grid_points - 1, then at t1; grid: those behind us; every:
 #: grid points between two saved ones, 0 for none. restart: the next step begins where the inputs may have changed;
 #: known: they are looked up at its start. now: time of the state; limit: the size at which a state counts as diverged;
-#: failed_at, failed_state: where it did.
-MARCH = layout("grid_points grid every steps failed_state restart known", "t0 t1 step now limit failed_at")
+#: failed_at, failed_state: where it did. end_slopes: slopes at the ends of steps, evaluated to find events; target: the
+#: end of the step in hand, where events are sought.
+MARCH = layout(
+    "grid_points grid every steps failed_state restart known end_slopes", "t0 t1 step now limit failed_at target"
+)
 
 
 @compiled(**INLINE)

@@ -39,11 +39,11 @@ class Log:
     first_room: tuple[int, int]
 
     def make_room(self, events: int = 0) -> None:
-        """Double what is half full, or too small for a step with points and `events` events; see `has_room`."""
+        """Double what is half full, or too small for what a step may write down, `events` events among it."""
         log = self.record
         for filled, room, more, names in (
             ("saved", "room", points_of_step.py_func(log["refine"], log["n_wanted"] - log["next_wanted"]), POINTS),
-            ("found", "event_room", 2 * events, EVENTS),
+            ("found", "event_room", events, EVENTS),
         ):
             size = used = int(log[room])
             while 2 * log[filled] >= size or log[filled] + more > size:
@@ -104,9 +104,9 @@ def log_for(
     events: int = 0,
     room: int | None = None,
 ) -> Log:
-    """A log with the start in it. room: for points, where that is known beforehand."""
+    """A log with the start in it. events: of a step, at most; room: for points, where that is known beforehand."""
     n = len(problem.initial_state)
-    room, event_room = FIRST_ROOM + 2 * len(wanted) if room is None else room, 8 * (1 + events)
+    room, event_room = FIRST_ROOM + 2 * len(wanted) if room is None else room, 8 + 2 * events
     arrays: dict[str, NDArray[Any]] = {
         "stops": stops,
         "wanted": wanted,
@@ -131,9 +131,9 @@ def points_of_step(refine, wanted):
 
 @compiled(**INLINE)
 def has_room(log, events):
-    """Whether what another step writes down finds room: each event may happen where it starts and within."""
+    """Whether what another step writes down finds room, `events` events at most."""
     points = points_of_step(log.refine, log.n_wanted - log.next_wanted)
-    return log.saved + points <= log.room and log.found + 2 * events <= log.event_room
+    return log.saved + points <= log.room and log.found + events <= log.event_room
 
 
 @compiled(**LEAN)

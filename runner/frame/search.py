@@ -1,11 +1,15 @@
-"""The compiled half of `events`: has a value crossed zero in a step, and where on the dense output did it.
+"""The compiled half of `events`: where in a step does a function cross zero, once or several times.
 
-States are addresses, and a method's dense output is a function of it, see `step_end`.
+A function is evaluated at Chebyshev's points of the step's dense output and where the polynomial through these values
+turns (see `turns`); between two of these points that differ in sign it crosses. For a state the polynomial is the dense
+output itself; where it does not stand for another function, the step is followed in halves. States are addresses, and a
+method's dense output is a function of it, see `step_end`.
 """
 
 import numpy as np
 
 from qddot.runner.frame.space import constants, input_values, look_up
+from qddot.runner.frame.turns import keeps_sign, stands_for, turning_points
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
 from qddot.runner.machine.pointers import call_event, call_kernel
@@ -16,24 +20,52 @@ NONE = 2.0
 
 
 #: Fields of what is known of `count` events: addresses; outputs: the kernel, y (n_outputs,) room for what it writes.
-#: kind, place, direction, terminal, level as in `events`, the place of a function being its address; before, after:
-#: values at the ends of the step; theta: where in the step the event lies, 0 to 1, or NONE.
-WATCH = layout("count outputs n_outputs kind place direction terminal level before after theta y")
+#: kind, place, direction, level as in `events`, the place of a function being its address; terminal: crossings that
+#: end the run, 0 where none does, left: those to come. degree: of the polynomial that follows a function; whole: not 0
+#: where those of states are the dense output; points, basis, tail: what `turns` has of this degree; most: events of a
+#: step, at most; shortest: part of the step that it is followed in, at least. before (count,): values where the step,
+#: or what is left of it, starts; after: where it ends; values (degree + 1, count); coefficients, turns, stack: room.
+#: theta, event (found,): crossings, rising, theta from 0 to 1.
+WATCH = layout(
+    "count outputs n_outputs kind place direction terminal left level degree whole points basis tail most before after "
+    "values coefficients turns stack theta event found y",
+    "shortest",
+)
+
+
+@compiled(**LEAN)
+def write_outputs(space, watch, t, where):
+    """Let y be the outputs at time t, the state at an address, inputs as they stand in u."""
+    x, u, c = floats(where, space.n), input_values(space), constants(space)
+    call_kernel(watch.outputs, t, x, u, c, floats(watch.y, watch.n_outputs))
+
+
+@compiled(**LEAN)
+def value_of(i, space, watch, t, where):
+    """The function of event i at time t, its state at an address, inputs as they stand in u, outputs in y."""
+    kind, place = integers(watch.kind, watch.count)[i], integers(watch.place, watch.count)[i]
+    if kind == FUNCTION:
+        return call_event(place, t, floats(where, space.n), input_values(space), constants(space))
+    value = floats(watch.y, watch.n_outputs)[place] if kind == OUTPUT else floats(where, space.n)[place]
+    return value - floats(watch.level, watch.count)[i]
 
 
 @compiled(**LEAN)
 def event_value(i, space, watch, t, where):
-    """The function of event i at time t, its state at an address, inputs as they stand in u."""
-    kind, place = integers(watch.kind, watch.count)[i], integers(watch.place, watch.count)[i]
-    x, u, c = floats(where, space.n), input_values(space), constants(space)
-    if kind == FUNCTION:
-        return call_event(place, t, x, u, c)
-    level = floats(watch.level, watch.count)[i]
-    if kind == OUTPUT:
-        y = floats(watch.y, watch.n_outputs)
-        call_kernel(watch.outputs, t, x, u, c, y)
-        return y[place] - level
-    return x[place] - level
+    """`value_of` where the outputs are still to be computed."""
+    if integers(watch.kind, watch.count)[i] == OUTPUT:
+        write_outputs(space, watch, t, where)
+    return value_of(i, space, watch, t, where)
+
+
+@compiled(**LEAN)
+def event_values(space, watch, t, where, target):
+    """Write the functions of all events at time t, its state and the target (count,) at addresses."""
+    if watch.outputs != 0:
+        write_outputs(space, watch, t, where)
+    values = floats(target, watch.count)
+    for i in range(watch.count):
+        values[i] = value_of(i, space, watch, t, where)
 
 
 @compiled(**LEAN)
@@ -43,74 +75,126 @@ def crossed(before, after, direction):
 
 
 @compiled(**LEAN)
-def watch_end(space, watch, t, h, where):
-    """Write the values at the end of a step from t to t + h, its state at an address; mark what crossed.
-
-    Events that happened in the step have theta 1 from then on; returns how many.
-    """
-    look_up(space, t, h, 1.0)
-    happened = 0
-    before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
-    theta, direction = floats(watch.theta, watch.count), integers(watch.direction, watch.count)
-    for i in range(watch.count):
-        after[i] = event_value(i, space, watch, t + h, where)
-        theta[i] = 1.0 if crossed(before[i], after[i], direction[i]) else NONE
-        happened += theta[i] != NONE
-    return happened
+def note(watch, theta, i):
+    """Put down a crossing of event i, in order of time, and of the events where they are at one time."""
+    place, thetas, events = watch.found, floats(watch.theta, watch.most), integers(watch.event, watch.most)
+    while place > 0 and thetas[place - 1] > theta:
+        thetas[place], events[place] = thetas[place - 1], events[place - 1]
+        place -= 1
+    thetas[place], events[place] = theta, i
+    watch.found += 1
 
 
 @compiled(**LEAN)
 def watch_start(space, watch, t, where, first):
-    """Write the values at a (re)start, the inputs being set; marks events that a jump caused with theta 0: how many."""
-    happened = 0
-    before, theta = floats(watch.before, watch.count), floats(watch.theta, watch.count)
-    direction = integers(watch.direction, watch.count)
+    """Write the values at a (re)start, the inputs being set; notes events that a jump caused, unless at the first."""
+    event_values(space, watch, t, where, watch.after)
+    before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
+    left, terminal = integers(watch.left, watch.count), integers(watch.terminal, watch.count)
+    watch.found = 0
     for i in range(watch.count):
-        value = event_value(i, space, watch, t, where)
-        jumped = not first and crossed(before[i], value, direction[i])
-        theta[i] = 0.0 if jumped else NONE
-        happened += jumped
-        before[i] = value
-    return happened
+        if first:
+            left[i] = terminal[i]
+        if not first and crossed(before[i], after[i], integers(watch.direction, watch.count)[i]):
+            note(watch, 0.0, i)
+        before[i] = after[i]
 
 
 @compiled(**INLINE)
-def bisect(space, step, watch, t, h, state_within):
-    """Find theta of the marked events in the step from t to t + h, to the resolution of time, on the crossed side."""
-    before, theta = floats(watch.before, watch.count), floats(watch.theta, watch.count)
+def sample_part(space, step, watch, t, h, start, width, state_within):
+    """Write the values at the points of a part of the step from t to t + h, the first and the step's last known."""
+    count, points = watch.count, floats(watch.points, watch.degree + 1)
+    values, before = floats(watch.values, count * (watch.degree + 1)), floats(watch.before, count)
+    after = floats(watch.after, count)
+    for i in range(count):
+        values[i] = before[i]
+    for j in range(1, watch.degree + 1):
+        theta = start + width * points[j]
+        if theta < 1.0:
+            where = state_within(space, step, theta)
+            look_up(space, t, h, theta)
+            event_values(space, watch, t + theta * h, where, watch.values + 8 * count * j)
+        else:
+            for i in range(count):
+                values[count * j + i] = after[i]
+
+
+@compiled(**LEAN)
+def well_sampled(watch):
+    """Whether the polynomials through the values stand for all functions; those of states may be the dense output."""
+    values, degree = floats(watch.values, watch.count * (watch.degree + 1)), watch.degree
+    for i in range(watch.count):
+        known = watch.whole and integers(watch.kind, watch.count)[i] == STATE
+        if not known and not stands_for(values, i, watch.count, watch.tail, degree):
+            return False
+    return True
+
+
+@compiled(**LEAN)
+def turns_of(watch, i):
+    """Write where the polynomial of event i turns; returns how often, -1 where it keeps its sign."""
+    degree = watch.degree
+    values, c = floats(watch.values, watch.count * (degree + 1)), floats(watch.coefficients, degree + 1)
+    basis = floats(watch.basis, (degree + 1) * (degree + 1))
+    for k in range(degree + 1):
+        c[k] = 0.0
+        for j in range(degree + 1):
+            c[k] += basis[k * (degree + 1) + j] * values[watch.count * j + i]
+    if keeps_sign(c, degree + 1):
+        return -1
+    return turning_points(c, degree, watch.stack, floats(watch.turns, 2 * degree))
+
+
+@compiled(**INLINE)
+def value_within(space, step, watch, i, t, h, theta, state_within):
+    """The function of event i at part theta of the step."""
+    where = state_within(space, step, theta)
+    look_up(space, t, h, theta)
+    return event_value(i, space, watch, t + theta * h, where)
+
+
+@compiled(**INLINE)
+def bisect(space, step, watch, i, t, h, low, high, rising, state_within):
+    """Where event i crosses between parts low and high of the step, to the resolution of time, on the crossed side."""
     resolution = max(2.0 * np.spacing(abs(t) + abs(h)) / abs(h), 1e-16)
+    while high - low > resolution:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        value = value_within(space, step, watch, i, t, h, middle, state_within)
+        if (value >= 0.0) if rising else (value <= 0.0):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@compiled(**INLINE)
+def find_crossings(space, step, watch, t, h, start, width, state_within):
+    """Note the crossings of all events in a part of the step, whose values are there."""
+    points, turns = floats(watch.points, watch.degree + 1), floats(watch.turns, 2 * watch.degree)
+    values, direction = floats(watch.values, watch.count * (watch.degree + 1)), integers(watch.direction, watch.count)
+    watch.found = 0
     for i in range(watch.count):
-        if theta[i] == NONE:
-            continue
-        low, high = 0.0, 1.0
-        while high - low > resolution:
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            where = state_within(space, step, middle)
-            look_up(space, t, h, middle)
-            value = event_value(i, space, watch, t + middle * h, where)
-            if (value >= 0.0) if before[i] < 0.0 else (value <= 0.0):
-                high = middle
+        n_turns, j, k = turns_of(watch, i), 1, 0
+        low, before = start, values[i]
+        while n_turns >= 0 and j <= watch.degree:
+            if k < n_turns and turns[k] < points[j]:
+                theta = start + width * turns[k]
+                value = value_within(space, step, watch, i, t, h, theta, state_within)
+                k += 1
             else:
-                low = middle
-        theta[i] = high
+                theta, value = start + width * points[j], values[watch.count * j + i]
+                j += 1
+            if crossed(before, value, direction[i]):
+                note(watch, bisect(space, step, watch, i, t, h, low, theta, before < 0.0, state_within), i)
+            low, before = theta, value
 
 
 @compiled(**LEAN)
-def earliest(watch):
-    """The marked event with the least theta, -1 where none is left."""
-    theta = floats(watch.theta, watch.count)
-    found = -1
+def go_on(watch):
+    """The end of this part of a step is the start of the next."""
+    before = floats(watch.before, watch.count)
+    last = floats(watch.values + 8 * watch.count * watch.degree, watch.count)
     for i in range(watch.count):
-        if theta[i] != NONE and (found < 0 or theta[i] < theta[found]):
-            found = i
-    return found
-
-
-@compiled(**LEAN)
-def take_over_values(watch):
-    """The end of this step is the start of the next."""
-    before, after = floats(watch.before, watch.count), floats(watch.after, watch.count)
-    for i in range(watch.count):
-        before[i] = after[i]
+        before[i] = last[i]

@@ -54,8 +54,6 @@ def _check_endless(span: Any, method: "Method", options: Options) -> None:
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """The trajectory of a problem over any span."""
     options.tolerances(len(problem.initial_state))
-    if options.events and method.family == "fixed":
-        raise ValueError(f"events: method {method.name} of constant step finds none; choose another, such as dop853")
     if problem.t1 == problem.t0:
         return _at_once(problem, method, options)
     if problem.t1 < problem.t0:
@@ -87,7 +85,7 @@ def _at_once(problem: Problem, method: "Method", options: Options) -> Trajectory
     if options.events:
         from qddot.runner.frame.events import EventLog, names_of, watch_for  # noqa: PLC0415 - as above
 
-        watch_for(options.events, len(x))
+        watch_for(options.events, len(x), degree=1)
         none = np.zeros(0)
         extras["events"] = EventLog(none, np.zeros(0, dtype=np.int64), np.zeros((0, len(x))), names_of(options.events))
     counts = Statistics(evaluations=evaluations, jacobians=jacobians)

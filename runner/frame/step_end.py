@@ -6,7 +6,16 @@ step, theta) returns the address of the state at part theta of the step, 0 to 1;
 """
 
 from qddot.runner.frame.log import next_wanted, save, save_event, take_wanted
-from qddot.runner.frame.search import NONE, bisect, earliest, take_over_values, watch_end, watch_start
+from qddot.runner.frame.search import (
+    NONE,
+    event_values,
+    find_crossings,
+    go_on,
+    sample_part,
+    watch_start,
+    well_sampled,
+)
+from qddot.runner.frame.space import look_up
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, floats, integers
 
@@ -14,24 +23,48 @@ from qddot.runner.machine.memory import INLINE, floats, integers
 @compiled(**INLINE)
 def events_at_start(space, step, log, watch, t, first, state_within):
     """Values where inputs may have jumped, these being set; record what the jump caused; whether one was terminal."""
-    if watch.count == 0 or watch_start(space, watch, t, state_within(space, step, 0.0), first) == 0:
+    if watch.count == 0:
         return False
-    return record_events(space, step, log, watch, t, 0.0, state_within) != NONE
+    watch_start(space, watch, t, state_within(space, step, 0.0), first)
+    return watch.found > 0 and record_events(space, step, log, watch, t, 0.0, state_within) != NONE
 
 
 @compiled(**INLINE)
 def record_events(space, step, log, watch, t, h, state_within):
-    """Record the marked events in order of time; returns theta of a terminal one, which is the last, or NONE."""
-    theta, terminal = floats(watch.theta, watch.count), integers(watch.terminal, watch.count)
-    ended = NONE
-    i = earliest(watch)
-    while i >= 0:
-        save_event(log, t + theta[i] * h, i, state_within(space, step, theta[i]))
-        if terminal[i]:
-            ended = theta[i]
-            break
-        theta[i] = NONE
-        i = earliest(watch)
+    """Record the crossings that were found; returns theta of a terminal one, which is the last, or NONE."""
+    thetas, events = floats(watch.theta, watch.most), integers(watch.event, watch.most)
+    left = integers(watch.left, watch.count)
+    for k in range(watch.found):
+        theta, i = thetas[k], events[k]
+        save_event(log, t + theta * h, i, state_within(space, step, theta))
+        left[i] -= 1
+        if left[i] == 0:
+            return theta
+    return NONE
+
+
+@compiled(**INLINE)
+def follow_step(space, step, log, watch, t, h, where, prepare, state_within):
+    """Record the events of a step; returns theta of a terminal one, or NONE.
+
+    The step goes from t over h to the state at the address `where`. It is followed in one part, or, where the
+    polynomials through the events' functions do not stand for them, in halves, and halves of these.
+    """
+    look_up(space, t, h, 1.0)
+    event_values(space, watch, t + h, where, watch.after)
+    prepare(space, step)
+    start, width, ended = 0.0, 1.0, NONE
+    while start < 1.0 and ended == NONE:
+        sample_part(space, step, watch, t, h, start, width, state_within)
+        if width > watch.shortest and not well_sampled(watch):
+            width *= 0.5
+        else:
+            find_crossings(space, step, watch, t, h, start, width, state_within)
+            ended = record_events(space, step, log, watch, t, h, state_within)
+            go_on(watch)
+            start += width
+            while width < 1.0 and start % (2.0 * width) == 0.0:
+                width *= 2.0
     return ended
 
 
@@ -56,11 +89,7 @@ def finish_step(space, step, log, watch, t, h, end, where, prepare, state_within
     """
     ended = NONE
     if watch.count > 0:
-        if watch_end(space, watch, t, h, where) > 0:
-            prepare(space, step)
-            bisect(space, step, watch, t, h, state_within)
-            ended = record_events(space, step, log, watch, t, h, state_within)
-        take_over_values(watch)
+        ended = follow_step(space, step, log, watch, t, h, where, prepare, state_within)
     last = end if ended == NONE else t + ended * h
     if log.refine > 1 or next_wanted(log) < last:
         prepare(space, step)

@@ -24,7 +24,7 @@ from qddot.runner.machine.memory import record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 from qddot.runner.stiff.loop import CORRECT, START
-from qddot.runner.stiff.space import SPACE, THRESHOLD, X, space_for
+from qddot.runner.stiff.space import DEGREE, SPACE, THRESHOLD, X, space_for
 
 #: Scalar operations of a slice: some ten milliseconds, so that Ctrl-C is heard.
 SLICE_WORK = 100_000_000
@@ -40,6 +40,7 @@ class StiffWorkplace:
     log: Log
     rows: NDArray[np.float64]
     loop: Callable[[], int]
+    most_events: int
     restore: Callable[[], None]
     arrays: Any
 
@@ -53,7 +54,7 @@ class StiffWorkplace:
         def one_slice() -> int:
             if s["phase"] == CORRECT and not _make_consistent(problem, options, s, rows, log):
                 return Status.NEWTON_FAILURE
-            log.make_room(len(options.events))
+            log.make_room(self.most_events)
             return self.loop()
 
         status = run_slices(
@@ -77,11 +78,11 @@ def stiff_workplace(
     ValueError for initial values that cannot be made consistent with the algebraic equations.
     """
     space, arrays = space_for(problem, options, rows)
-    watch, watch_arrays = watch_for(options.events, int(space["n"]))
+    watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     wanted = wanted_times(options.output_times, problem.t0, problem.t1)
     refine = 0 if options.output_times is not None else options.refine or 1
-    log = log_for(problem, stops, wanted, refine=refine, events=len(options.events))
+    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]))
     s = record(control, **_settings(problem, options), **own)
     n = int(space["n"])
     most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
@@ -91,6 +92,7 @@ def stiff_workplace(
         log,
         arrays["work"],
         partial(compiled_loop(run_slice, control), space, s, log.record, watch, most_steps),
+        int(watch["most"]),
         restorer(space, s, log.record, watch, arrays["work"], arrays["reader"]),
         (arrays, watch_arrays),
     )

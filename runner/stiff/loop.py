@@ -33,7 +33,7 @@ def take_steps(space, s, log, watch, most_steps, first_step, take_good_step, pre
     v = vectors(space)
     status = RUNNING
     for _ in range(most_steps):
-        if s.phase == CORRECT or not has_room(log, watch.count):
+        if s.phase == CORRECT or not has_room(log, watch.most):
             break
         if s.phase == START:
             status = begin_segment(space, s, v, log, watch)

@@ -91,16 +91,16 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
     rtol, atol = options.tolerances(len(problem.initial_state))
     order = order_for(options.least_rtol)
     space, arrays = space_for(problem, code, order, rtol, atol)
-    watch, watch_arrays = watch_for(options.events, int(space["n"]))
+    watch, watch_arrays = watch_for(options.events, int(space["n"]), order)
     wanted = wanted_times(options.output_times, problem.t0, problem.t1)
     refine = 0 if options.output_times is not None else options.refine or REFINE
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
-    log = log_for(problem, stops, wanted, refine=refine, events=len(options.events))
+    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]))
     course, loop = _course(problem, options), _compiled_loop()
     most_steps = max(16, SLICE_WORK // (order * order * int(space["n"])))
 
     def one_slice() -> int:
-        log.make_room(len(options.events))
+        log.make_room(int(watch["most"]))
         return int(loop(space, course, log.record, watch, most_steps))
 
     memory, places = arrays["memory"], code.memory

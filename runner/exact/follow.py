@@ -1,0 +1,159 @@
+"""An exact run that finds events: by Taylor series, in steps so short that a polynomial of some degree follows them.
+
+Within a step the states are those of the same series from its start: dense output has no error but rounding.
+"""
+
+import math
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from numba import from_dtype, types
+from numpy.typing import NDArray
+
+from qddot.runner.exact.forcing import force, look_up
+from qddot.runner.exact.propagate import leaving
+from qddot.runner.exact.space import SPACE
+from qddot.runner.exact.taylor import largest_rate, taylor_step
+from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.log import LOG, has_room, log_for
+from qddot.runner.frame.search import NONE, WATCH
+from qddot.runner.frame.slices import run_slices
+from qddot.runner.frame.space import make_space, row_address, set_inputs, space_layout, states
+from qddot.runner.frame.step_end import events_at_start, finish_step
+from qddot.runner.inputs.instants import after
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.compiling import working_time
+from qddot.runner.machine.memory import BLOCK, LEAN, floats, layout, record
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+
+RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
+NON_FINITE = int(Status.NON_FINITE)
+#: The longest step, times the fastest rate of the states or their inputs; over such a step the polynomial of DEGREE
+#: through Chebyshev's points is 2 (1/4)^(DEGREE + 1)/(DEGREE + 1)! = 2e-11 of a sine off.
+LONGEST, DEGREE = 1.0, 8
+#: Steps of a slice times states: some milliseconds.
+SLICE_WORK = 10_000
+
+#: Rows of states: at the start of the step, at its end, within it.
+STATE, NEW, WITHIN = np.arange(3)
+#: Fields beside those of every space: the balanced state at the start of the step, and room for one within.
+EVENT_SPACE = space_layout("before within")
+#: What a run has reached, beside SPACE: the step goes from `start` over `length`.
+COURSE = layout("", "start length")
+
+
+@compiled(**LEAN)
+def write_state(s, space, x, row):
+    """Write the states that stand balanced at an address into a row."""
+    target, balanced, scale = states(space, row), floats(x, s.n), floats(s.scale, s.n)
+    for i in range(s.n):
+        target[i] = scale[i] * balanced[i]
+
+
+@compiled(**LEAN)
+def copy_balanced(s, source, target):
+    """Copy a balanced state from one address to another."""
+    x, y = floats(source, BLOCK * s.panels), floats(target, BLOCK * s.panels)
+    for i in range(BLOCK * s.panels):
+        y[i] = x[i]
+
+
+@compiled(**LEAN)
+def state_within(space, step, theta):
+    """The address of the state at part theta of the step; a step is the propagation and the course that tells of it."""
+    s, course = step
+    if theta == 0.0:
+        return row_address(space, STATE)
+    end, s.x = s.x, space.within
+    copy_balanced(s, space.before, s.x)
+    taylor_step(s, theta * course.length)
+    write_state(s, space, s.x, WITHIN)
+    s.x = end
+    return row_address(space, WITHIN)
+
+
+@compiled(**LEAN)
+def ready(space, step):
+    """Dense output needs nothing beyond the step."""
+
+
+@compiled(**LEAN)
+def take_step(s, space, course):
+    """Move x by a step, and s.t with it."""
+    force(s)
+    copy_balanced(s, s.x, space.before)
+    parts = max(1, math.ceil((s.segment_end - s.t) * largest_rate(s) / LONGEST))
+    stop = s.segment_end if parts == 1 else s.t + (s.segment_end - s.t) / parts
+    course.start, course.length, s.t = s.t, stop - s.t, stop
+    taylor_step(s, course.length)
+    write_state(s, space, s.x, NEW)
+    s.steps += 1
+
+
+def run_slice(s, space, course, log, watch, most_steps):
+    """Take at most `most_steps` steps; returns a Status. STATE is at course.start + course.length after each."""
+    step, state = (s, course), states(space, STATE)
+    for _ in range(most_steps):
+        if not has_room(log, watch.most):
+            return RUNNING
+        if s.t >= s.segment_end:
+            look_up(s)
+            set_inputs(space, s.t, after(s.t, s.segment_end - s.t))
+            if events_at_start(space, step, log, watch, s.t, s.steps == 0, state_within):
+                return TERMINATED
+        take_step(s, space, course)
+        s.failed_state = leaving(s)
+        if s.failed_state >= 0:
+            course.length = 0.0
+            return NON_FINITE
+        new = row_address(space, NEW)
+        ended = finish_step(space, step, log, watch, course.start, course.length, s.t, new, ready, state_within)
+        if ended != NONE:
+            state_within(space, step, ended)
+            course.length *= ended
+        reached = states(space, NEW if ended == NONE else WITHIN)
+        for i in range(s.n):
+            state[i] = reached[i]
+        if ended != NONE:
+            return TERMINATED
+        if s.t >= s.t1:
+            return FINISHED
+    return RUNNING
+
+
+@cache
+def _compiled_loop() -> Any:
+    signature = types.int64(*map(from_dtype, (SPACE, EVENT_SPACE, COURSE, LOG, WATCH)), types.int64)
+    return compiled(signature, _nrt=False, nogil=True)(run_slice)
+
+
+def integrate_with_events(problem: Problem, options: Options, s: np.void, wanted: NDArray[np.float64]) -> Trajectory:
+    """The run whose propagation s stands at its start, saved at the wanted times (n,) strictly within."""
+    start, n = working_time(), int(s["n"])
+    watch, watch_arrays = watch_for(options.events, n, DEGREE)
+    work = np.zeros((3, n))
+    work[STATE] = problem.initial_state
+    before, within = np.zeros((2, BLOCK * int(s["panels"])))
+    own = {"work": work, "before": before, "within": within}
+    space, space_arrays = make_space(EVENT_SPACE, problem, own, stride=8 * n)
+    course = record(COURSE, start=problem.t0)
+    log = log_for(problem, np.empty(0), wanted, events=int(watch["most"]))
+    loop = partial(_compiled_loop(), s, space, course, log.record, watch, max(16, SLICE_WORK // n))
+
+    def one_slice() -> int:
+        log.make_room(int(watch["most"]))
+        return int(loop())
+
+    status = run_slices(
+        one_slice,
+        fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
+        progress=options.progress,
+        time_limit=options.time_limit,
+    )
+    reached = float(course["start"] + course["length"]) if status is not Status.FINISHED else float(problem.t1)
+    log.save(reached, work[STATE])
+    del watch_arrays, space_arrays  # The loop knew them by address: they had to live until here.
+    counts = Statistics(steps=int(s["steps"]), evaluations=int(s["products"]), wall_time=working_time() - start)
+    return log.trajectory(status, counts, float(s["t"]), int(s["failed_state"]), options.events)
