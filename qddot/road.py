@@ -8,7 +8,6 @@ A measured road is a `qddot.signal.table` of heights over distances. Names are t
 """
 
 from qddot.runner.inputs.iso8608 import random_road as iso8608
-from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, step
-from qddot.runner.inputs.roads import wave as sine
+from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, sine, step
 
 __all__ = ["cosine_bump", "iso8608", "pothole", "ramp", "sine", "step"]

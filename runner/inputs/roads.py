@@ -1,38 +1,42 @@
 """Road profiles from formulas: signals whose argument is the distance along the road in m, and their height in m.
 
-Before and behind what they describe they are level. `drive` brings them under the axles.
+Before and behind what they describe they are level. `drive` brings them under the axles. A function here is a kind of
+road in studies, too; its arguments are the keys.
 """
 
 import numpy as np
 
 from qddot.runner.checks import finite
+from qddot.runner.inputs import shapes
+from qddot.runner.inputs.formulas import Angle, Length
 from qddot.runner.inputs.instants import check_resolved
-from qddot.runner.inputs.shapes import sine
 from qddot.runner.inputs.signal import AMPLITUDE, C0, FREQUENCY, PHASE, START, Signal
 from qddot.runner.inputs.tables import table
 
 
-def wave(amplitude: float, wavelength: float, phase: float = 0.0, mean: float = 0.0) -> Signal:
+def sine(amplitude: Length, wavelength: Length, phase: Angle = 0.0, mean: Length = 0.0) -> Signal:
     """A wave without end: mean + amplitude*sin(2 pi x / wavelength + phase); lengths in m, phase in rad."""
-    return sine(amplitude, 1 / _positive("wavelength", wavelength), phase, mean)
+    return shapes.sine(amplitude, 1 / _positive("wavelength", wavelength), phase, mean)
 
 
-def ramp(height: float, length: float, at: float = 0.0) -> Signal:
+def ramp(height: Length, length: Length, at: Length = 0.0) -> Signal:
     """A slope that begins at `at` and climbs `height` over `length`, then level ground; m."""
     begin = finite("at", at)
     check_resolved("the ramp", begin, _positive("length", length), "m")
     return table([begin, begin + length], [0.0, finite("height", height)])
 
 
-def step(height: float, at: float = 0.0) -> Signal:
-    """A jump up by `height` at `at`, m. A model that reads the rate of its road refuses it: it needs a `ramp`."""
+def step(height: Length, at: Length = 0.0, length: Length = 0.0) -> Signal:
+    """A step up by `height` at `at`, m; with a length, a steep ramp, which a model that reads the road's rate needs."""
+    if length != 0:
+        return ramp(height, length, at)
     pieces = np.zeros((2, 8))
     pieces[0, START], pieces[1, START] = finite("at", at) - 1.0 - abs(at), at
     pieces[1, C0] = finite("height", height)
     return Signal(pieces, np.array([float(at)]))
 
 
-def cosine_bump(height: float, length: float, at: float = 0.0) -> Signal:
+def cosine_bump(height: Length, length: Length, at: Length = 0.0) -> Signal:
     """A bump height/2 (1 - cos(2 pi (x - at) / length)) from `at` to `at + length`, m; exact, with level ends."""
     begin, length = finite("at", at), _positive("length", length)
     check_resolved("the bump", begin, length, "m")
@@ -43,7 +47,7 @@ def cosine_bump(height: float, length: float, at: float = 0.0) -> Signal:
     return Signal(pieces, np.array([begin, begin + length]))
 
 
-def pothole(depth: float, length: float, at: float = 0.0, edge: float = 0.0) -> Signal:
+def pothole(depth: Length, length: Length, at: Length = 0.0, edge: Length = 0.0) -> Signal:
     """A hole of `depth` from `at` to `at + length`, its ends slopes of length `edge` (0: upright), m."""
     depth, begin, length = finite("depth", depth), finite("at", at), _positive("length", length)
     if not 0 <= finite("edge", edge) <= length / 2:

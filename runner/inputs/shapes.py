@@ -1,4 +1,8 @@
-"""Signals from formulas: constant, sine, pulse trains."""
+"""Signals from formulas: constant, sine, pulse trains.
+
+A function of numbers here is a kind of input in studies, too, and its arguments are the keys; a function `NAME_pulse`
+is a shape of pulses.
+"""
 
 from collections.abc import Callable
 
@@ -6,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from qddot.runner.checks import finite, unknown
+from qddot.runner.inputs.formulas import Angle, Frequency, Value
 from qddot.runner.inputs.pulses import Pulse, Vector, sized, start_times, train
 from qddot.runner.inputs.signal import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, Signal
 
@@ -17,14 +22,14 @@ DECAY_PIECES = 40
 UPRIGHT = 1e-9
 
 
-def constant(value: float) -> Signal:
+def constant(value: Value) -> Signal:
     """The same value for ever."""
     pieces = np.zeros((1, 8))
     pieces[0, C0] = finite("value", value)
     return Signal(pieces, np.empty(0))
 
 
-def sine(amplitude: float, frequency: float, phase: float = 0.0, mean: float = 0.0) -> Signal:
+def sine(amplitude: Value, frequency: Frequency, phase: Angle = 0.0, mean: Value = 0.0) -> Signal:
     """Mean + amplitude*sin(2 pi frequency t + phase); frequency in Hz, phase in rad."""
     pieces = np.zeros((1, 8))
     pieces[0, C0] = finite("mean", mean)
@@ -45,17 +50,20 @@ def hermite(starts: Vector, ends: Vector, values: Vector, slopes: Vector) -> Vec
     return pieces
 
 
-def _half_sine(rise: float) -> Pulse:
+def half_sine_pulse(rise: float) -> Pulse:
+    """Half a wave of a sine."""
     pieces = np.zeros((1, 8))
     pieces[0, AMPLITUDE], pieces[0, FREQUENCY] = 1.0, np.pi
     return Pulse(pieces, np.array([0.0, 1.0]), 1.0)
 
 
-def _triangle(rise: float) -> Pulse:
-    return _trapezoid(0.5)
+def triangle_pulse(rise: float) -> Pulse:
+    """Up and down in straight lines."""
+    return trapezoid_pulse(0.5)
 
 
-def _trapezoid(rise: float) -> Pulse:
+def trapezoid_pulse(rise: float) -> Pulse:
+    """Up, level, and down, in straight lines."""
     rise = 0.5 if 1 - 2 * rise < UPRIGHT else rise if rise > UPRIGHT else 0.0
     edges = np.array([0.0, rise, 1.0 - rise, 1.0])
     slopes = np.array([1 / rise, 0.0, -1 / rise]) if rise else np.zeros(3)
@@ -67,20 +75,12 @@ def _trapezoid(rise: float) -> Pulse:
     return Pulse(pieces, np.unique(edges), 1.0)
 
 
-def _decay(rise: float) -> Pulse:
+def exponential_pulse(rise: float) -> Pulse:
     """(exp(-k s) - DECAY) / (1 - DECAY) with exp(-k) = DECAY: from 1 to 0, without a jump at the end."""
     k, s = -np.log(DECAY), np.linspace(0.0, 1.0, DECAY_PIECES + 1)
     values, slopes = (np.exp(-k * s) - DECAY) / (1 - DECAY), -k * np.exp(-k * s) / (1 - DECAY)
     pieces = hermite(s[:-1], s[1:], np.stack([values[:-1], values[1:]], 1), np.stack([slopes[:-1], slopes[1:]], 1))
     return Pulse(pieces, np.array([0.0, 1.0]), 1.0)
-
-
-SHAPES: dict[str, Callable[[float], Pulse]] = {
-    "half_sine": _half_sine,
-    "triangle": _triangle,
-    "trapezoid": _trapezoid,
-    "exponential": _decay,
-}
 
 
 def pulse_train(
@@ -108,3 +108,9 @@ def pulse_train(
         raise ValueError(f"rise is {rise}, expected a part of the duration from 0 to 0.5")
     starts = start_times(times)
     return train(sized(SHAPES[shape](rise), peak, duration, impulse), starts)
+
+
+#: Shapes of pulses by name, from the part of the duration that a ramp takes.
+SHAPES: dict[str, Callable[[float], Pulse]] = {
+    name.removesuffix("_pulse"): each for name, each in list(globals().items()) if name.endswith("_pulse")
+}

@@ -156,8 +156,9 @@ def _numbers(name: str, request: Request, quantity: Quantity, interval: float) -
                 f"outputs.interval to {slowest(request.weighting):g} s or less"
             )
         return digital(interval=interval, weighting=request.weighting).ravel(), False
-    if request.kind in ("dynamic_load", "dynamic_load_coefficient", "lift_off_time"):
-        fraction = [request.fraction or 0.0] if request.kind == "lift_off_time" else []
+    takes = METRICS[request.kind].takes
+    if "static" in takes:
+        fraction = [request.fraction or 0.0] if "fraction" in takes else []
         given = [] if request.static is None else [request.static]
         return np.array([*given, *fraction]), request.static is None
     own: Mapping[str, float | None] = {"level": request.level, "band": request.band}

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import compiled
+from qddot.runner.metrics.kind import metric
 
 #: The largest error of the gain, relative, that is let pass; ISO 8041 tolerates 12 % in instruments.
 TOLERANCE = 0.05
@@ -126,11 +127,13 @@ def moment(samples, first, stop, p, power):
     return total / (stop - 1 - first)
 
 
+@metric("weighted_rms", takes=("weighting",), required=("weighting",))
 def weighted_rms(samples, first, stop, t0, h, p):
     """Frequency-weighted r.m.s. acceleration (ISO 2631-1:1997, equation 1)."""
     return np.sqrt(moment(samples, first, stop, p, 2))
 
 
+@metric("vdv", "({}) s^0.25", takes=("weighting",), required=("weighting",))
 def vibration_dose(samples, first, stop, t0, h, p):
     """Vibration dose value VDV, the fourth root of the integral of the weighted acceleration's fourth power (eq. 5)."""
     return (h * (stop - 1 - first) * moment(samples, first, stop, p, 4)) ** 0.25

@@ -1,27 +1,20 @@
-"""The kinds of inputs in a study, `[inputs.NAME]`: keys, types, meaning."""
+"""The kinds of inputs in a study, `[inputs.NAME]`: keys, types, meaning.
 
-from typing import Annotated, Literal
+Those that are a formula, and the shapes of pulses, stand in `inputs.shapes`, and nowhere else.
+"""
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import Field
 
+from qddot.runner.inputs import shapes
+from qddot.runner.inputs.formulas import formulas
 from qddot.runner.study.base import Amount, Real, Table, Whole
+from qddot.runner.study.formula_kinds import tables_of
 
 
-class ConstantInput(Table):
-    """The same value for ever."""
-
-    kind: Literal["constant"]
-    value: Amount
-
-
-class SineInput(Table):
-    """mean + amplitude*sin(2 pi frequency t + phase); frequency in Hz, phase in rad."""
-
-    kind: Literal["sine"]
-    amplitude: Amount
-    frequency: Amount
-    phase: Amount = 0.0
-    mean: Amount = 0.0
+class Input(Table):
+    """What an input is over time."""
 
 
 class Pulses(Table):
@@ -53,7 +46,7 @@ class PulseInput(Pulses):
     """
 
     kind: Literal["pulse_train"]
-    shape: Literal["half_sine", "triangle", "trapezoid", "exponential"] = "half_sine"
+    shape: Literal[*shapes.SHAPES] = "half_sine"  # type: ignore[valid-type]
     rise: Real = 0.25
 
 
@@ -88,6 +81,12 @@ class MeasuredPulseInput(Pulses, Samples):
     values: tuple[Real, ...] | None = None
 
 
-InputKind = Annotated[
-    ConstantInput | SineInput | PulseInput | TableInput | MeasuredPulseInput, Field(discriminator="kind")
-]
+#: The kinds that are a formula, by name.
+FORMULAS = formulas(shapes)
+
+if TYPE_CHECKING:
+    InputKind = Any
+else:
+    InputKind = Annotated[
+        Union[*tables_of(FORMULAS, Input), PulseInput, TableInput, MeasuredPulseInput], Field(discriminator="kind")
+    ]

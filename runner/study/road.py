@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from qddot.runner.checks import unknown
 from qddot.runner.inputs.csv_table import samples_from_csv, table_from_csv
 from qddot.runner.inputs.drive import Way, roads_at
+from qddot.runner.inputs.formulas import units_of
 from qddot.runner.inputs.iso8608 import CLASSES, LONGEST, SHORTEST, random_road
-from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, step, wave
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.inputs.tables import table, table_at
 from qddot.runner.load import Model
 from qddot.runner.study.amounts import Amounts
-from qddot.runner.study.road_kinds import Road
+from qddot.runner.study.road_kinds import FORMULAS, Road
 
 
 def road_signals(
@@ -47,6 +47,9 @@ def profile_of(spec: Any) -> str:
 def road_profile(spec: Any, amounts: Amounts) -> Signal:
     """Height over distance, m: it depends on the keys of the profile alone, not on speed, start or model."""
     with amounts.at("road"):
+        if spec.kind in FORMULAS:
+            formula = FORMULAS[spec.kind]
+            return formula(**amounts.given("road", spec, units_of(formula, "m")))
         return _BUILD[spec.kind](spec, amounts)
 
 
@@ -137,28 +140,10 @@ def _measured(spec: Any, amounts: Amounts) -> Signal:
     return table_at(x, z, spec.interpolation, None, place, "distance")
 
 
-def _step(spec: Any, amounts: Amounts) -> Signal:
-    sizes = amounts.given("road", spec, {"height": "m", "length": "m", "at": "m"})
-    length = sizes.pop("length")
-    return step(**sizes) if length == 0 else ramp(**sizes, length=length)
-
-
 def _random(spec: Any, amounts: Amounts) -> Signal:
     waves = {"shortest": SHORTEST, "longest": LONGEST}
     sizes = amounts.given("road", spec, {"length": "m", "shortest": "m", "longest": "m", "fade": "m"})
     return random_road(random_road_roughness(spec, amounts), seed=spec.seed, waviness=spec.waviness, **(waves | sizes))
 
 
-def _formula(shape: Callable[..., Signal], units: Mapping[str, str]) -> Callable[[Any, Amounts], Signal]:
-    return lambda spec, amounts: shape(**amounts.given("road", spec, units))
-
-
-_BUILD: Mapping[str, Callable[[Any, Amounts], Signal]] = {
-    "profile": _measured,
-    "sine": _formula(wave, {"amplitude": "m", "wavelength": "m", "phase": "rad", "mean": "m"}),
-    "ramp": _formula(ramp, {"height": "m", "length": "m", "at": "m"}),
-    "step": _step,
-    "cosine_bump": _formula(cosine_bump, {"height": "m", "length": "m", "at": "m"}),
-    "pothole": _formula(pothole, {"depth": "m", "length": "m", "at": "m", "edge": "m"}),
-    "iso8608": _random,
-}
+_BUILD: Mapping[str, Callable[[Any, Amounts], Signal]] = {"profile": _measured, "iso8608": _random}

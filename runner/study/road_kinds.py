@@ -1,10 +1,16 @@
-"""The kinds of roads in a study, `[road]`: keys, types, meaning. Every input that has a position reads the road."""
+"""The kinds of roads in a study, `[road]`: keys, types, meaning. Every input that has a position reads the road.
 
-from typing import Annotated, Literal
+Those that are a formula stand in `inputs.roads`, and nowhere else.
+"""
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import Field
 
+from qddot.runner.inputs import roads
+from qddot.runner.inputs.formulas import formulas
 from qddot.runner.study.base import Amount, Real, Table, Whole
+from qddot.runner.study.formula_kinds import tables_of
 
 
 class SpeedProfile(Table):
@@ -46,53 +52,6 @@ class ProfileRoad(Road):
     interpolation: Literal["linear", "cubic"] = "linear"
 
 
-class SineRoad(Road):
-    """A wave without end: mean + amplitude*sin(2 pi x / wavelength + phase)."""
-
-    kind: Literal["sine"]
-    amplitude: Amount
-    wavelength: Amount
-    phase: Amount = 0.0
-    mean: Amount = 0.0
-
-
-class RampRoad(Road):
-    """A slope from `at` that climbs `height` over `length`."""
-
-    kind: Literal["ramp"]
-    height: Amount
-    length: Amount
-    at: Amount = 0.0
-
-
-class StepRoad(Road):
-    """A step up by `height` at `at`; with a length, a steep ramp, which a model that reads the road's rate needs."""
-
-    kind: Literal["step"]
-    height: Amount
-    at: Amount = 0.0
-    length: Amount = 0.0
-
-
-class BumpRoad(Road):
-    """A bump of a full cosine, from `at` over `length`."""
-
-    kind: Literal["cosine_bump"]
-    height: Amount
-    length: Amount
-    at: Amount = 0.0
-
-
-class PotholeRoad(Road):
-    """A hole of `depth` from `at` over `length`; its ends are slopes of length `edge`, or upright."""
-
-    kind: Literal["pothole"]
-    depth: Amount
-    length: Amount
-    at: Amount = 0.0
-    edge: Amount = 0.0
-
-
 class RandomRoad(Road):
     """A random road after ISO 8608: roughness is a class "A" to "H" or Gd(n0) in m^3, waviness the exponent.
 
@@ -109,6 +68,10 @@ class RandomRoad(Road):
     fade: Amount = 0.0
 
 
-RoadKind = Annotated[
-    ProfileRoad | SineRoad | RampRoad | StepRoad | BumpRoad | PotholeRoad | RandomRoad, Field(discriminator="kind")
-]
+#: The kinds that are a formula, by name.
+FORMULAS = formulas(roads)
+
+if TYPE_CHECKING:
+    RoadKind = Any
+else:
+    RoadKind = Annotated[Union[ProfileRoad, *tables_of(FORMULAS, Road), RandomRoad], Field(discriminator="kind")]

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from qddot.runner.checks import unknown
 from qddot.runner.inputs.csv_table import samples_from_csv
+from qddot.runner.inputs.formulas import units_of
 from qddot.runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
-from qddot.runner.inputs.shapes import constant, pulse_train, sine
+from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.inputs.tables import table, table_at
 from qddot.runner.load import Model
 from qddot.runner.study.amounts import Amounts
+from qddot.runner.study.input_kinds import FORMULAS
 from qddot.runner.study.memory import Memory
 from qddot.runner.study.road import profile_of, road_profile, road_signals
 from qddot.runner.study.schema import StudyTable
@@ -54,16 +56,10 @@ def input_signal(name: str, spec: Any, model: Model, amounts: Amounts) -> Signal
     if name not in units:
         raise amounts.wrong(key, unknown("input", name, units))
     with amounts.at(key):
+        if spec.kind in FORMULAS:
+            formula = FORMULAS[spec.kind]
+            return formula(**amounts.given(key, spec, units_of(formula, units[name])))
         return _BUILD[spec.kind](key, spec, units[name], amounts)
-
-
-def _constant(key: str, spec: Any, unit: str, amounts: Amounts) -> Signal:
-    return constant(amounts(f"{key}.value", spec.value, unit))
-
-
-def _sine(key: str, spec: Any, unit: str, amounts: Amounts) -> Signal:
-    units = {"amplitude": unit, "frequency": "Hz", "phase": "rad", "mean": unit}
-    return sine(**amounts.given(key, spec, units))
 
 
 def _pulses(key: str, spec: Any, unit: str, amounts: Amounts) -> Signal:
@@ -86,8 +82,6 @@ def _table(key: str, spec: Any, unit: str, amounts: Amounts) -> Signal:
 
 
 _BUILD: Mapping[str, Callable[[str, Any, str, Amounts], Signal]] = {
-    "constant": _constant,
-    "sine": _sine,
     "pulse_train": _pulses,
     "measured_pulse_train": _measured_pulses,
     "table": _table,
