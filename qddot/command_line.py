@@ -6,7 +6,7 @@ import gc
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from qddot.commands import COMMANDS
@@ -16,14 +16,15 @@ from qddot.words import nearest
 ABOUT = "Lagrange's equations from T, Π and Φ to compiled simulations."
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of all commands."""
+def parser(chosen: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
+    """The parser of all commands, or of these."""
     made = argparse.ArgumentParser(prog="qddot", description=ABOUT, allow_abbrev=False)
     made.add_argument(
         "--version", action=_Version, nargs=0, default=argparse.SUPPRESS, help="Print the version, and exit."
     )
     commands = made.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for name, command in COMMANDS.items():
+    for name in chosen:
+        command = COMMANDS[name]
         own = commands.add_parser(name, help=command.help, description=command.help, allow_abbrev=False)
         for names, settings in command.arguments:
             own.add_argument(*names, **settings)
@@ -42,7 +43,7 @@ class _Version(argparse.Action):
 
 def _arguments(words: Sequence[str]) -> dict[str, Any]:
     """What is given, by name; exits with 2 and one message, the nearest name in it, where there is no such thing."""
-    reader = parser()
+    reader = parser(words[:1] if words[0] in COMMANDS else COMMANDS)  # a command is not kept waiting by others
     options = ("-h", "--help", "--version")
     if words[0] not in (*COMMANDS, *options):
         kind, known = ("option", options) if words[0].startswith("-") else ("command", tuple(COMMANDS))

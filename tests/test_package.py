@@ -92,13 +92,15 @@ def test_the_wheel_holds_qddot_alone_with_its_studies_templates_and_equations(wh
 
 def test_every_folder_with_code_is_a_package_of_the_wheel():
     folders = {path.parent for room in ROOMS for path in (ROOT / room).rglob("*.py") if "__pycache__" not in path.parts}
-    expected = {"qddot", "qddot.studies"} | {f"qddot.{'.'.join(path.relative_to(ROOT).parts)}" for path in folders}
+    expected = {"qddot", "qddot.commands", "qddot.studies"} | {
+        f"qddot.{'.'.join(path.relative_to(ROOT).parts)}" for path in folders
+    }
     assert set(PROJECT["tool"]["setuptools"]["packages"]) == expected
 
 
 def test_the_links_for_the_type_checker_lead_to_every_room_and_file_of_the_front_door():
     linked = {path.name: path.resolve() for path in (ROOT / ".types" / "qddot").iterdir()}
-    front = {path.name: path for path in (ROOT / "qddot").iterdir() if path.suffix in (".py", ".typed")}
+    front = {path.name: path for path in (ROOT / "qddot").iterdir() if path.name != "__pycache__"}
     assert linked == front | {room: ROOT / room for room in ROOMS}
 
 

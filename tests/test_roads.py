@@ -16,7 +16,7 @@ from scipy.signal import welch
 from qddot.runner.equilibrium import equilibrium
 from qddot.runner.inputs.drive import Way, drive, roads_at
 from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density, random_road, road_class
-from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, step, wave
+from qddot.runner.inputs.roads import cosine_bump, pothole, ramp, sine, step
 from qddot.runner.inputs.shapes import constant
 from qddot.runner.inputs.signal import START
 from qddot.runner.inputs.tables import table
@@ -51,7 +51,7 @@ def test_shapes_are_their_formulas(height, length, at):
     np.testing.assert_allclose(step(height, at)(x), np.where(x >= at, height, 0.0), atol=1e-12)
     sloped = np.clip(np.minimum(s, 1 - s) / 0.25, 0, 1)
     np.testing.assert_allclose(pothole(height, length, at, 0.25 * length)(x), -height * sloped, atol=1e-9)
-    np.testing.assert_allclose(wave(height, length, 0.3, 0.1)(x), 0.1 + height * np.sin(2 * np.pi * x / length + 0.3))
+    np.testing.assert_allclose(sine(height, length, 0.3, 0.1)(x), 0.1 + height * np.sin(2 * np.pi * x / length + 0.3))
 
 
 @pytest.mark.parametrize("of", CLASSES)
@@ -155,7 +155,7 @@ def test_a_speed_profile_covers_its_distance(speed, t0):
 ROADS = {
     "lines": table([0, 2, 5, 6, 20], [0.0, 0.1, -0.2, 0.0, 0.3]),
     "cubic": table([0, 2, 5, 6, 20], [0.0, 0.1, -0.2, 0.0, 0.1], "cubic"),
-    "wave": wave(0.1, 3.0),
+    "wave": sine(0.1, 3.0),
     "bump": cosine_bump(0.2, 2.0, 4.0),
     "random": random_road("F", seed=1, length=60.0, shortest=1.0),
 }
@@ -228,7 +228,7 @@ def test_a_run_that_starts_on_a_road_starts_in_its_equilibrium(m113):
 
 def test_a_slow_long_wave_carries_the_vehicle(m113):
     """At 1 m/s over waves of 100 m the hull follows the road: its frequency is a fiftieth of the hull's."""
-    inputs = drive(m113, wave(0.2, 100.0), 1.0, parameters="as_run_unloaded")
+    inputs = drive(m113, sine(0.2, 100.0), 1.0, parameters="as_run_unloaded")
     solution = simulate(m113, (0, 100), step=2e-3, parameters="as_run_unloaded", inputs=inputs, every=50)
     level = equilibrium(m113, "as_run_unloaded")[5]
     road = 0.2 * np.sin(2 * np.pi * solution.t / 100)
@@ -269,12 +269,12 @@ def test_scipy_drives_over_a_random_road_as_we_do(m113):
         (lambda: random_road("A", seed=1, waviness=np.nan), "waviness is nan"),
         (lambda: random_road("A", seed=1, waviness=1e300), "waviness is 1e\\+300, expected an exponent from 0 to 10"),
         (lambda: random_road("A", seed=1, length=1e12), "that is more than 10000000 samples"),
-        (lambda: roads_at(wave(1.0, 1e-4), {"z": 0.0}, table([0, 9], [1, 40]), 0, (0, 9)), "the road is too fine"),
+        (lambda: roads_at(sine(1.0, 1e-4), {"z": 0.0}, table([0, 9], [1, 40]), 0, (0, 9)), "the road is too fine"),
         (lambda: ramp(1.0, 0.0), "length is 0.0, expected a length greater than 0"),
-        (lambda: wave(1.0, -2.0), "wavelength is -2.0, expected a length greater than 0"),
+        (lambda: sine(1.0, -2.0), "wavelength is -2.0, expected a length greater than 0"),
         (lambda: pothole(0.1, 1.0, edge=0.6), "edge is 0.6, expected a length from 0 to half"),
         (lambda: roads_at(ramp(1, 1), {"z": 0.0}, table([0, 1], [1, 2])), "needs the span of the run"),
-        (lambda: roads_at(ramp(1, 1), {"z": 0.0}, wave(1, 1), 0, (0, 1)), "a table of straight lines"),
+        (lambda: roads_at(ramp(1, 1), {"z": 0.0}, sine(1, 1), 0, (0, 1)), "a table of straight lines"),
         (lambda: roads_at(ramp(1, 1), {"z": 0.0}, np.inf), "speed is inf"),
         (lambda: drive(load("m113"), ramp(1, 1), 1.0, positions={"z_6": 0}), "unknown input 'z_6'; did you mean"),
         (lambda: drive(load("chain"), ramp(1, 1), 1.0), "no input has a position on the road"),

@@ -10,10 +10,11 @@ from numba import njit
 
 import qddot
 from qddot.runner.abi import VECTOR_KERNEL
-from qddot.runner.inputs.bind import bind, check_continuous
+from qddot.runner.inputs.bind import bind, check_smooth
 from qddot.runner.inputs.instants import RESOLVED, ROUNDING, apart, between, side_of
 from qddot.runner.inputs.signal import START, jumps, values_at
 from qddot.runner.load import load
+from qddot.runner.tables import Channel
 
 DAY, EPOCH = 86_400.0, 1.7e9
 SHAPES = ("half_sine", "triangle", "trapezoid", "exponential")
@@ -163,7 +164,7 @@ def test_no_breakpoint_is_lost():
 def test_a_continuous_pulse_far_from_zero_has_a_rate(model, shape, start, duration):
     signal = qddot.signal.pulse_train(shape, times=[start], peak=1.0, duration=duration)
     bind(model.tables, {"z_1": signal})
-    check_continuous("z_1", signal.shifted(20.0, -3e5), "zdot_1")
+    check_smooth(Channel("zdot_1", "z_1", 1, "m/s", ""), signal.shifted(20.0, -3e5))
 
 
 def test_a_jump_far_from_zero_has_none(model):

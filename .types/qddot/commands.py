@@ -1,1 +1,0 @@
-../../qddot/commands.py
