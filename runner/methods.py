@@ -8,6 +8,7 @@ from importlib import import_module
 
 from qddot.runner.checks import shown, unknown
 from qddot.runner.method import Method
+from qddot.runner.options import EVERY_FAMILY
 from qddot.runner.tableaux import pages
 
 #: The methods without a page in `tableaux.pages`, and the module that holds each.
@@ -20,7 +21,7 @@ _OTHERS = {
 
 
 class _Methods(Mapping[str, Method]):
-    """Name -> method, read-only; looking one up imports its family, and compiles nothing."""
+    """Name -> method, read-only, family by family; looking one up imports its family, and compiles nothing."""
 
     def __getitem__(self, name: str) -> Method:
         if name not in _names():
@@ -28,7 +29,7 @@ class _Methods(Mapping[str, Method]):
         return _method(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_names())
+        return iter(sorted(_names(), key=_rank))
 
     def __len__(self) -> int:
         return len(_names())
@@ -48,12 +49,16 @@ def find_method(name: str) -> Method:
         raise ValueError(f"method is {shown(name)}, expected a method's name, such as 'rk4'")
     if name in _names():
         return METHODS[name]
-    raise ValueError(unknown("method", name, METHODS))
+    raise ValueError(unknown("method", name, _names()))
 
 
 @cache
 def _names() -> tuple[str, ...]:
     return (*(page.name for page in pkgutil.iter_modules(pages.__path__)), *_OTHERS)
+
+
+def _rank(name: str) -> tuple[int, int]:
+    return EVERY_FAMILY.index(_method(name).family), _method(name).order
 
 
 @cache

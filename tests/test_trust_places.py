@@ -245,7 +245,7 @@ def test_a_run_on_a_full_disk_ends_in_one_line(tmp_path):
 
 
 def test_results_that_cannot_be_written_are_refused_before_anything_is_computed(tmp_path, shut, monkeypatch):
-    from qddot.runner import command
+    from qddot.runner.commands.run import run
 
     monkeypatch.setattr("qddot.runner.study.ready.Study.run", lambda *_, **__: pytest.fail("it ran"))
     study = write(tmp_path, STUDY, "quick.toml")
@@ -253,10 +253,10 @@ def test_results_that_cannot_be_written_are_refused_before_anything_is_computed(
     (tmp_path / "results" / "quick_row=1.nc").mkdir(parents=True)
     for into, message in (("file", "is a file; expected a folder"), ("file/below", "is a file; expected a folder")):
         with pytest.raises(NotADirectoryError, match=message) as refused:
-            command.run_and_write(study, tmp_path / into, None, [], None)
+            run(study, tmp_path / into, None, [], None)
         assert refused.value.filename == str(tmp_path / "file")
     with pytest.raises(IsADirectoryError, match="is a folder; expected the name of a file"):
-        command.run_and_write(study, tmp_path / "results", None, [], 1)
+        run(study, tmp_path / "results", None, [], 1)
     done = plainly("run", study, "--into", shut / "results", "--no-figure", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == f"error: {shut / 'results'}: permission denied"

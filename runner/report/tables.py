@@ -76,7 +76,7 @@ def statistics(solution: Solution, compiled_for: float = 0.0) -> str:
 def method_table() -> Table:
     """Every integration method."""
     table = plain_table("", "method", "order", "stages", "step", "stiff", "source")
-    for method in sorted(METHODS.values(), key=lambda each: (not each.order, each.stiff, each.adaptive, each.order)):
+    for method in METHODS.values():
         step, stiff = "variable" if method.adaptive else "fixed", "yes" if method.stiff else "no"
         if method.family == "exact":
             step, stiff = "any", "yes"
