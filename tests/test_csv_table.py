@@ -64,7 +64,7 @@ def test_angles_become_radians(written):
         ("t,F\n0,0\n1,0\n1,0\n", {}, "recoil.csv, line 4: time 1.0 repeats that of .*line 3"),
         ("t;F\n0;0\n1;1.234,5\n", {}, "line 3, column 'F': '1.234,5' is not a number"),
         ("t,F\n0,0\n1,1_000\n", {}, "'1_000' is not a number"),
-        ("t,force\n0,0\n1,0\n", {"value": "forces"}, "unknown column 'forces'; did you mean 'force'"),
+        ("t,force\n0,0\n1,0\n", {"value": "forces"}, "unknown column 'forces'; did you mean force?"),
         ("0,0\n1,0\n", {"value": "force"}, "no heading, so there is no column 'force'"),
         ("t,F,F\n0,0,0\n1,0,0\n", {"value": "F"}, "column 'F' occurs 2 times"),
         ("t [s],F [kN]\n0,0\n1,0\n", {"unit": "m"}, r"column 'F': \[kN\] cannot be turned into \[m\]"),
