@@ -5,6 +5,9 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.convert import looked_up, slope
+from qddot.codegen.rewrite import replaced, rewrite
+
 Vector = tuple[Any, ...]
 
 #: What SymEngine makes of a division by zero.
@@ -15,11 +18,12 @@ class Definitions:
     """Named quantities in order, each an expression in base symbols and earlier quantities.
 
     Derivatives of quantities are cached, and expressions are differentiated term by term by the symbols each term
-    holds, which keeps a chain of n masses at cost n.
+    holds, which keeps a chain of n masses at cost n. degrees: of the polynomials of tables, by name.
     """
 
-    def __init__(self, expressions: Mapping[Any, Any]) -> None:
+    def __init__(self, expressions: Mapping[Any, Any], degrees: Mapping[str, int] | None = None) -> None:
         self.expressions = dict(expressions)
+        self._degrees = degrees or {}
         self._reach: dict[Any, frozenset[Any]] = {}
         self._slopes: dict[tuple[Any, Any], Any] = {}
         for symbol, expression in self.expressions.items():
@@ -40,23 +44,48 @@ class Definitions:
             for symbol in term.free_symbols:
                 reached = self._reach.get(symbol, {symbol}) & wanted
                 if reached:
-                    slope = term.diff(symbol)
+                    outer = self._derivative(term, symbol)
                     for variable in reached:
                         inner = self._slope(symbol, variable)
-                        parts.setdefault(variable, []).append(slope if inner is None else slope * inner)
+                        parts.setdefault(variable, []).append(outer if inner is None else outer * inner)
         sums = {variable: se.Add(*found) for variable, found in parts.items()}
         return {variable: total for variable, total in sums.items() if total != 0}
 
     def substitute(self, expressions: Iterable[Any], values: Mapping[Any, Any]) -> list[Any] | None:
         """Expressions with base symbols replaced, inside the quantities they use too; None where one has no value."""
         inner: dict[Any, Any] = dict(values)
+        expressions = tuple(expressions)
+        needed = self._needed(expressions)
         try:
             for symbol, definition in self.expressions.items():
-                inner[symbol] = _replaced(definition, inner)
+                if symbol in needed:
+                    inner[symbol] = _replaced(definition, inner)
             found = [_replaced(expression, inner) for expression in expressions]
         except RuntimeError:  # what SymEngine has to say of sin(1/0)
             return None
         return found if all(map(_is_finite, found)) else None
+
+    def _derivative(self, expression: Any, symbol: Any) -> Any:
+        """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""
+        calls = _outermost_calls(expression) if expression.atoms(se.FunctionSymbol) else []
+        if not calls:
+            return settled(expression.diff(symbol))
+        names = {call: se.Dummy() for call in calls}
+        shell = replaced(expression, names)
+        parts = [settled(shell.diff(symbol))]
+        for call, name in names.items():
+            table, order = looked_up(call)
+            if order < self._degrees[table]:
+                parts.append(settled(shell.diff(name)) * slope(call) * self._derivative(call.args[0], symbol))
+        return replaced(se.Add(*parts), {name: call for call, name in names.items()})
+
+    def _needed(self, expressions: Iterable[Any]) -> set[Any]:
+        """The quantities that expressions depend on."""
+        needed = set().union(*(expression.free_symbols for expression in expressions))
+        for symbol, definition in reversed(self.expressions.items()):
+            if symbol in needed:
+                needed |= definition.free_symbols
+        return needed & self.expressions.keys()
 
     def _slope(self, symbol: Any, variable: Any) -> Any:
         """Give d symbol / d variable; None stands for the symbol itself, one."""
@@ -74,6 +103,22 @@ def _replaced(expression: Any, values: Mapping[Any, Any]) -> Any:
 
 def _is_finite(expression: Any) -> bool:
     return type(expression).__name__ not in _NO_NUMBERS and all(map(_is_finite, expression.args))
+
+
+def settled(expression: Any) -> Any:
+    """The same, each Piecewise whose branches are all of one value written as that value."""
+    return rewrite(expression, _one_value, {}) if expression.atoms(se.Piecewise) else expression
+
+
+def _one_value(node: Any) -> Any:
+    values = node.args[::2] if isinstance(node, se.Piecewise) else ()
+    return values[0] if values and all(value == values[0] for value in values) else node
+
+
+def _outermost_calls(expression: Any) -> list[Any]:
+    if isinstance(expression, se.FunctionSymbol):
+        return [expression]
+    return list(dict.fromkeys(call for part in expression.args for call in _outermost_calls(part)))
 
 
 def terms(expression: Any) -> tuple[Any, ...]:

@@ -47,21 +47,21 @@ class Drafts:
         )
 
     def rhs(self) -> Draft:
-        """Dx = [qdot, M^-1 f]."""
-        derivatives = (*self._equations.velocities, *self._accelerations)
+        """Dx = [qdot, M^-1 f, zdot]."""
+        derivatives = (*self._equations.velocities, *self._accelerations, *self._equations.state_rates)
         return Draft((*self._moving, *self._solution), _vector("derivative", derivatives))
 
     def balance(self) -> Draft | None:
-        """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; see `recurrences`.
+        """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; and rates of states.
 
-        None where M is constant: then the right-hand side says it all.
+        See `recurrences`. None where M is constant: then the right-hand side says it all.
         """
         equations = self._equations
         if self._fixed_mass:
             return None
-        weights = squares(equations)
+        weights, rates = squares(equations), _vector("rate", equations.state_rates)
         if weights is None:
-            return Draft(self._moving, (*_vector("force", equations.forces), *_matrix(equations.mass)))
+            return Draft(self._moving, (*_vector("force", equations.forces), *_matrix(equations.mass), *rates))
         places = list(weights)
         rows = zip(equations.applied, equations.dissipative, equations.conservative, strict=True)
         entries = {
@@ -69,9 +69,8 @@ class Drafts:
         }
         forces = _vector("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
         turning = _vector("turning", [g for _, g in places])
-        return Draft(
-            self._moving, (*forces, *turning, *((Slot("weight", place), value) for place, value in entries.items()))
-        )
+        weighing = ((Slot("weight", place), value) for place, value in entries.items())
+        return Draft(self._moving, (*forces, *turning, *weighing, *rates))
 
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
@@ -85,8 +84,8 @@ class Drafts:
         if not self._fixed_mass:
             return False
         (steps, entries), (input_steps, input_entries) = self._state_slopes, self._input_slopes
-        moving = (*equations.coordinates, *equations.velocities, *equations.inputs, *equations.rates)
-        rest = equations.definitions.substitute(equations.forces, dict.fromkeys(moving, se.Integer(0)))
+        nothing = dict.fromkeys((*equations.state, *equations.inputs, *equations.rates), se.Integer(0))
+        rest = equations.definitions.substitute((*equations.forces, *equations.state_rates), nothing)
         if rest is None:
             return False
         temporaries = (*self.parameter_assignments, *steps, *input_steps)
@@ -110,14 +109,14 @@ class Drafts:
 
     @cached_property
     def _state_slopes(self) -> tuple[list[Assignment], Matrix]:
-        return self._slopes((*self._equations.coordinates, *self._equations.velocities))
+        return self._slopes(self._equations.state)
 
     @cached_property
     def _input_slopes(self) -> tuple[list[Assignment], Matrix]:
         return self._slopes((*self._equations.inputs, *self._equations.rates))
 
     def _slopes(self, variables: tuple[Any, ...]) -> tuple[list[Assignment], Matrix]:
-        """Assignments and entries of d qddot / d variables: M^-1 (df/ds - dM/ds qddot), column by column."""
+        """Assignments and entries of d [qddot, zdot] / d variables: M^-1 (df/ds - dM/ds qddot), column by column."""
         equations = self._equations
         gradients = [equations.definitions.gradient(force, variables) for force in equations.forces]
         inertia = {pair: equations.definitions.gradient(entry, variables) for pair, entry in equations.mass.items()}
@@ -140,6 +139,10 @@ class Drafts:
             steps, values = solve(self._factors, columns[variable], self._names.fresh)
             assignments += steps
             entries.update({(row, column): value for row, value in values.items()})
+        place = {variable: column for column, variable in enumerate(variables)}
+        for row, rate in enumerate(equations.state_rates, self._n):
+            gradient = equations.definitions.gradient(rate, variables)
+            entries.update({(row, place[variable]): value for variable, value in gradient.items()})
         return assignments, entries
 
     def _jacobian(self) -> Draft:
@@ -153,7 +156,7 @@ class Drafts:
         return Draft((*self._moving, *self._solution, *steps), _matrix(self._below(entries)))
 
     def _below(self, entries: Matrix) -> Matrix:
-        """Entries of d qddot / d something in the rows of dx = [qdot, qddot]."""
+        """Entries of d [qddot, zdot] / d something in the rows of dx = [qdot, qddot, zdot]."""
         return {(self._n + row, column): value for (row, column), value in entries.items()}
 
     def _mass(self) -> Draft:

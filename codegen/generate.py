@@ -95,7 +95,8 @@ def changes(systems: Mapping[Source, System], folder: Path, *, whole: bool) -> l
     """
     texts: dict[str, str] = {}
     for source, system in systems.items():
-        made = artefacts(system, str(source), origin.origin(source.files, folder))
+        files = {**source.files, **_of_tables(system)} if source.files else {}
+        made = artefacts(system, str(source), origin.origin(files, folder))
         if made.keys() & texts.keys():
             raise ModelError(
                 f"{source}: another of these models is called {system.name}, too: give each its own folder"
@@ -112,6 +113,12 @@ def changes(systems: Mapping[Source, System], folder: Path, *, whole: bool) -> l
         texts_of_others = {path: path.read_text("utf-8") for path in others}
         found += [Change(path, text, None) for path, text in texts_of_others.items() if text.startswith(_MARKS)]
     return found
+
+
+def _of_tables(system: System) -> dict[Path, str]:
+    """The digests of the files that tables were read from."""
+    files = (Path(table.file) for table in system.tables if table.file is not None)
+    return {file: origin.digest(file) for file in files}
 
 
 def apply(found: list[Change]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.convert import function_name
 from qddot.codegen.rewrite import operations
 
 Assignment = tuple[Any, Any]
@@ -60,6 +61,12 @@ class Kernel:
     def used(self) -> frozenset[Any]:
         """All symbols that occur in a right-hand side, temporaries among them."""
         return frozenset().union(*(expression.free_symbols for expression in self.expressions))
+
+    @cached_property
+    def calls(self) -> frozenset[str]:
+        """Names of the functions of tables that it calls."""
+        found: set[Any] = set().union(*(expression.atoms(se.FunctionSymbol) for expression in self.expressions))
+        return frozenset(map(function_name, found))
 
     @cached_property
     def operations(self) -> int:

@@ -1,4 +1,4 @@
-"""Lagrange's equations of a system: M(q) qddot = f, from T, Pi, Phi and Q, in SymEngine.
+"""The equations of a system in SymEngine: Lagrange's, M(q) qddot = f, from T, Pi, Phi and Q, and those of its states.
 
 With L = T - Pi:  d/dt(dL/dqdot) - dL/dq + dPhi/dqdot = Q, so that M = d^2 L/dqdot^2 and
 f = Q - dPhi/dqdot + dL/dq - (d^2 L/dqdot dq) qdot - d/dt of dL/dqdot at fixed q and qdot.
@@ -23,6 +23,7 @@ class Equations:
     mass: (k, j) with k >= j -> entry of the symmetric mass matrix, structural zeros left out.
     Per coordinate: gyroscopic (what d/dt(dL/dqdot) - dT/dq leaves beside M qddot), conservative (dPi/dq), dissipative
     (dPhi/dqdot), applied (Q); forces f = applied - dissipative - conservative - gyroscopic.
+    states: the internal ones; state_rates: the names of their derivatives, which are among the definitions.
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
     positions: name of an input that has a position -> its position.
     """
@@ -33,6 +34,8 @@ class Equations:
     coordinates: Vector
     velocities: Vector
     accelerations: Vector
+    states: Vector
+    state_rates: Vector
     parameters: Vector
     inputs: Vector
     rates: Vector
@@ -48,6 +51,11 @@ class Equations:
     input_power: Any
     outputs: Vector
     positions: Mapping[str, Any]
+
+    @property
+    def state(self) -> Vector:
+        """All that is integrated: [q, qdot, z]."""
+        return (*self.coordinates, *self.velocities, *self.states)
 
     @property
     def forces(self) -> Vector:
@@ -75,7 +83,8 @@ def derive(system: System) -> Equations:
     """
     q = tuple(symbol(coordinate.symbol) for coordinate in system.coordinates)
     v = tuple(symbol(coordinate.rate) for coordinate in system.coordinates)
-    definitions = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()})
+    degrees = {table.name: table.pieces.degree for table in system.tables}
+    definitions = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()}, degrees)
     kinetic = convert(system.kinetic_energy)
     potential = convert(system.potential_energy)
     dissipation = convert(system.dissipation)
@@ -84,7 +93,10 @@ def derive(system: System) -> Equations:
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
     _refuse_rates(system, definitions, kinetic, potential, rates)
 
-    motion = Motion(definitions, q, v, {time: se.Integer(1), **dict(zip(inputs, rates, strict=True))})
+    states = tuple(symbol(state.symbol) for state in system.states)
+    state_rates = tuple(symbol(state.rate) for state in system.states)
+    moving = zip((*states, *inputs), (*state_rates, *rates), strict=True)
+    motion = Motion(definitions, q, v, {time: se.Integer(1), **dict(moving)})
     momenta = by(definitions.gradient(kinetic - potential, v), v)
     mass = motion.mass(momenta)
     rest = motion.unnatural(kinetic, potential, momenta, mass)
@@ -96,6 +108,8 @@ def derive(system: System) -> Equations:
         coordinates=q,
         velocities=v,
         accelerations=tuple(symbol(c.acceleration) for c in system.coordinates),
+        states=states,
+        state_rates=state_rates,
         parameters=tuple(symbol(p.symbol) for p in system.parameters),
         inputs=inputs,
         rates=rates,

@@ -12,9 +12,9 @@ from qddot.codegen.ranges import kind
 from qddot.codegen.rewrite import Names
 from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
-from qddot.codegen.skeleton import MATRICES, reserved
+from qddot.codegen.skeleton import MATRICES, reserved, taken
 from qddot.codegen.zeros import without_zeros
-from qddot.model.check import declared
+from qddot.model.contents import declared
 from qddot.model.system import ModelError
 
 
@@ -38,8 +38,8 @@ class Program:
 
     def pattern(self, name: str) -> tuple[tuple[int, ...], ...]:
         """Of each row of a kernel's matrix the columns of its entries."""
-        count = len(self.equations.coordinates)
-        rows: list[list[int]] = [[] for _ in range(count if name == "mass" else 2 * count)]
+        symbols = self.equations.coordinates if name == "mass" else self.equations.state
+        rows: list[list[int]] = [[] for _ in symbols]
         for slot, _ in self.kernels[name].writes:
             rows[slot.index[0]].append(slot.index[1])
         return tuple(map(tuple, rows))
@@ -68,7 +68,7 @@ def lower_rhs(equations: Equations) -> Kernel:
 
 def _refuse_names(equations: Equations) -> None:
     for role, symbol in declared(equations.system):
-        if str(symbol) in reserved():
+        if str(symbol) in reserved() | (taken() if role == "table" else frozenset()):
             raise ModelError(
                 f"model {equations.system.name}: {role} {str(symbol)!r} would shadow a name that the generated kernels "
                 "use themselves; choose another name"
@@ -82,10 +82,10 @@ class _Lowering:
     """
 
     def __init__(self, equations: Equations) -> None:
-        state = (*equations.coordinates, *equations.velocities)
-        base = (*equations.parameters, *state, *equations.inputs, *equations.rates, equations.time)
+        base = (*equations.parameters, *equations.state, *equations.inputs, *equations.rates, equations.time)
         self.author = frozenset(equations.definitions.expressions)
-        self.names = Names([*reserved(), *base, *self.author])
+        tables = (name for table in equations.system.tables for name in table.names)
+        self.names = Names([*reserved(), *base, *self.author, *tables])
         self.drafts = Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
         self.reads: frozenset[Any] = frozenset(base)
@@ -149,9 +149,8 @@ def _laid_out(
     hot = kernels["rhs"].used | kernels["jacobian"].used | kernels["input_jacobian"].used
     rates = [rate for rate in equations.rates if rate in used]
     channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))
-    state = (*equations.coordinates, *equations.velocities)
     slots = {equations.time: Slot("t", ())}
-    for argument, symbols in (("state", state), ("inputs", channels), ("constants", constants)):
+    for argument, symbols in (("state", equations.state), ("inputs", channels), ("constants", constants)):
         slots |= {symbol: Slot(argument, (index,)) for index, symbol in enumerate(symbols)}
     first = {"constants": _constants_kernel(equations, constants, assignments)}
     return Program(

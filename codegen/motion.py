@@ -16,7 +16,7 @@ from qddot.model.system import System
 
 @dataclass(frozen=True)
 class Motion:
-    """Derivatives along the motion. clock: what moves by itself (t and the inputs) -> how fast."""
+    """Derivatives along the motion. clock: what no coordinate moves (t, the states, the inputs) -> how fast."""
 
     definitions: Definitions
     q: Vector

@@ -6,14 +6,19 @@ from typing import Any
 
 import symengine as se
 
-from qddot.codegen.convert import MATH_NAMES
+from qddot.codegen.convert import MATH_NAMES, function_name
 from qddot.codegen.rewrite import is_number, leading_number, split_number
 from qddot.model.system import ModelError
 
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
 _CONSTANTS = {"Pi": "math.pi", "Exp1": "math.e", "BooleanTrue": "True", "BooleanFalse": "False"}
 _JUNCTIONS = {"And": "and", "Or": "or"}
-_RELATIONS = {"StrictLessThan": "<", "LessThan": "<=", "Equality": "==", "Unequality": "!="}
+_RELATIONS = {
+    **{"StrictLessThan": "<", "LessThan": "<=", "Equality": "==", "Unequality": "!="},
+    **{"StrictGreaterThan": ">", "GreaterThan": ">="},
+}
+#: Relations that are read the other way round where a number stands on the left.
+_MIRRORED = {"StrictLessThan": "StrictGreaterThan", "LessThan": "GreaterThan"}
 
 #: Integer powers up to this one are written as products.
 _LARGEST_PRODUCT = 4
@@ -111,6 +116,10 @@ class Printer:
         if kind == "Piecewise":
             return self._piecewise(expression.args), _ATOM
         texts = [self._print(part)[0] for part in expression.args]
+        if kind in _MIRRORED and is_number(expression.args[0]):
+            kind, texts = _MIRRORED[kind], texts[::-1]
+        if isinstance(expression, se.FunctionSymbol):
+            return f"{function_name(expression)}({', '.join(texts)})", _ATOM
         if kind in MATH_NAMES:
             return f"math.{MATH_NAMES[kind]}({', '.join(texts)})", _ATOM
         return self._condition(kind, texts), _ATOM

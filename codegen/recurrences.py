@@ -23,6 +23,7 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.convert import looked_up
 from qddot.codegen.printer import Printer, double
 from qddot.codegen.rewrite import Names, is_number
 
@@ -176,6 +177,8 @@ class Recurrences:
 
     def _function(self, expression: Any, name: str) -> str:
         kind = type(expression).__name__
+        if isinstance(expression, se.FunctionSymbol):
+            raise NoRecurrenceError(f"the table {looked_up(expression)[0]}")
         if kind == "Piecewise":
             return self._piecewise(expression.args, name)
         if kind == "atan2":

@@ -20,7 +20,7 @@ def recurrences(
     kernels: `rhs`, and `balance` where the mass matrix moves.
     """
     kernel = kernels.get("balance", kernels["rhs"])
-    taken = (*equations.coordinates, *equations.velocities, *equations.accelerations, *equations.inputs)
+    taken = (*equations.state, *equations.accelerations, *equations.inputs)
     names = Names(map(str, (*taken, *equations.rates, equations.time, *constants, *(s for s, _ in kernel.temporaries))))
     rates = {equations.time: se.Integer(1)} | dict(zip(equations.coordinates, equations.velocities, strict=True))
     table = Recurrences((*constants, *equations.parameters), rates, names)
@@ -45,10 +45,11 @@ def _motion(
         solve = _from_squares if any(argument == "weight" for argument, _ in writes) else _from_matrix
         solve(equations, table, writes)
         rates = [alone(str(a)) for a in equations.accelerations]
+        rates += [writes["rate", (k,)] for k in range(len(equations.states))]
     else:
-        rates = [writes["derivative", (count + k,)] for k in range(count)]
+        rates = [writes["derivative", (k,)] for k in range(count, len(equations.state))]
     rows: dict[str, tuple[str, ...]] = {}
-    for symbol, rate in zip((*equations.coordinates, *equations.velocities), (*speeds, *rates), strict=True):
+    for symbol, rate in zip(equations.state, (*speeds, *rates), strict=True):
         rows[str(symbol)] = ("integral", "1", table.linear(rate))
     return rows
 

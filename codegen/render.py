@@ -9,6 +9,7 @@ import sympy
 
 from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.lookup import lookups
 from qddot.codegen.lower import Program
 from qddot.codegen.printer import Printer
 from qddot.codegen.ranges import compressed, kind
@@ -57,15 +58,16 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             mass_matrix=equations.mass_matrix,
             uses_math="math." in body,
             functions=functions,
+            lookups=lookups(program),
         )
     )
 
 
 def _state_table(program: Program) -> list[tuple[str, str, str]]:
-    coordinates = program.equations.system.coordinates
-    return [(str(c.symbol), c.unit, c.meaning) for c in coordinates] + [
-        (str(c.rate), f"{c.unit}/s", f"rate of change of: {c.meaning}") for c in coordinates
-    ]
+    system = program.equations.system
+    coordinates = [(str(c.symbol), c.unit, c.meaning) for c in system.coordinates]
+    velocities = [(str(c.rate), f"{c.unit}/s", f"rate of change of: {c.meaning}") for c in system.coordinates]
+    return coordinates + velocities + [(str(state.symbol), state.unit, state.meaning) for state in system.states]
 
 
 def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
@@ -88,7 +90,7 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
         tuple(f"{target}[{k}] = {printer(value)}{_place(slot)}" for k, (slot, value) in writes),
     )
-    return function(name, paragraphs)
+    return function(name, paragraphs, states=bool(program.equations.states))
 
 
 def _place(slot: Slot) -> str:
@@ -122,7 +124,7 @@ def _together(pairs: Iterable[tuple[str, str]]) -> Iterable[str]:
 def rank(program: Program, kernel: Kernel) -> dict[Any, int]:
     """Order of symbols within sums: state, quantities and temporaries, inputs, and constants last."""
     equations = program.equations
-    moving = (*equations.coordinates, *equations.velocities, equations.time)
+    moving = (*equations.state, equations.time)
     assigned = tuple(symbol for symbol, _ in kernel.temporaries)
     order = (*moving, *assigned, *program.channels, *equations.parameters, *program.constants)
     rank: dict[Any, int] = {}

@@ -1,6 +1,6 @@
 """Walking and rebuilding SymEngine expressions."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from math import gcd, lcm
 from typing import Any
@@ -37,6 +37,15 @@ def rebuild(expression: Any, arguments: list[Any]) -> Any:
     return condition(*arguments) if condition else expression.func(*arguments)
 
 
+def replaced(expression: Any, found: Mapping[Any, Any]) -> Any:
+    """An expression with the nodes in `found` replaced, from the outermost down; in what takes their place, too."""
+    if expression in found:
+        return replaced(found[expression], found)
+    if not expression.args:
+        return expression
+    return rebuild(expression, [replaced(part, found) for part in expression.args])
+
+
 def is_number(expression: Any) -> bool:
     """Whether it is a literal number, not pi or E."""
     return isinstance(expression, se.Number)
@@ -60,7 +69,8 @@ def opposite(total: Any) -> Any:
 
 def is_square(expression: Any) -> bool:
     """Whether it is an integer power that is written as a product, its base standing there more than once."""
-    return isinstance(expression, se.Pow) and isinstance(expression.args[1], se.Integer) and int(expression.args[1]) > 1
+    power = expression.args[1] if isinstance(expression, se.Pow) else None
+    return isinstance(power, se.Integer) and abs(int(power)) > 1
 
 
 def split_number(term: Any) -> tuple[Any, Any]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.convert import function_name
 from qddot.codegen.kernel import Assignment, Kernel
 from qddot.codegen.rewrite import (
     Names,
@@ -211,6 +212,8 @@ def _wish(value: Any) -> str:
                 return f"{inner}_{power}"
             if value.args[1] == -1:
                 return f"inverse_{inner}"
+        elif isinstance(value, se.FunctionSymbol):
+            return f"{function_name(value)}_{inner}"
         elif len(value.args) == 1:
             return f"{type(value).__name__}_{inner}"
     return "tmp_"

@@ -38,6 +38,12 @@ HEADS = {
 #: Those that write the entries of a matrix, at places that the module declares.
 MATRICES = ("jacobian", "input_jacobian", "mass")
 
+#: What the functions of a model with internal states say of themselves.
+WITH_STATES = {
+    "rhs": "State derivative [qdot, qddot, zdot].",
+    "energy": "Kinetic and potential energy, dissipated power, power put in by forces, inputs and internal states.",
+}
+
 Paragraphs = tuple[tuple[str, ...], ...]
 
 
@@ -51,13 +57,16 @@ class Function:
     paragraphs: Paragraphs
 
 
-def function(name: str, paragraphs: Iterable[tuple[str, ...]]) -> Function:
-    """The generated function of this name with these lines; empty paragraphs are left out."""
+def function(name: str, paragraphs: Iterable[tuple[str, ...]], *, states: bool = False) -> Function:
+    """The generated function of this name with these lines; empty paragraphs are left out.
+
+    states: whether the model has internal states.
+    """
     arguments, docstring = HEADS[name]
     return Function(
         name=name,
         arguments=", ".join(arguments),
-        docstring=docstring,
+        docstring=WITH_STATES.get(name, docstring) if states else docstring,
         paragraphs=tuple(paragraph for paragraph in paragraphs if paragraph) or (("pass",),),
     )
 
@@ -68,12 +77,30 @@ def reserved() -> frozenset[str]:
 
     They are read off the template, rendered without a model's lines, and off what the printer writes.
     """
+    functions = (node for node in ast.parse(_bare_module()).body if isinstance(node, ast.FunctionDef))
+    found = {name for node in functions for name in _names(node)}
+    return frozenset(found | set(_printed()))
+
+
+@cache
+def taken() -> frozenset[str]:
+    """Names that a module has for itself: of its functions, its tables and what it imports."""
+    body = ast.parse(_bare_module()).body
+    functions = (node.name for node in body if isinstance(node, ast.FunctionDef))
+    names = (node for statement in body for node in ast.walk(statement) if isinstance(node, ast.Name))
+    tables = (name.id for name in names if isinstance(name.ctx, ast.Store))
+    return frozenset((*functions, *tables, "math", "njit", "np"))
+
+
+@cache
+def _bare_module() -> str:
+    """The template without a model's lines."""
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
     single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False}
-    rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences")
+    rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
     tables = dict.fromkeys(rows, ())
-    dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": {}}
-    text = (
+    dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": dict.fromkeys(MATRICES, ())}
+    return (
         environment("python")
         .get_template("kernels.py.jinja")
         .render(
@@ -85,8 +112,6 @@ def reserved() -> frozenset[str]:
             functions=[function(name, ()) for name in HEADS],
         )
     )
-    found = {name for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) for name in _names(node)}
-    return frozenset(found | set(_printed()))
 
 
 def _names(function: ast.FunctionDef) -> Iterator[str]:

@@ -15,7 +15,7 @@ import symengine as se
 from qddot.codegen.canonical import AlgebraError, canonical
 from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Assignment, Kernel
-from qddot.codegen.rewrite import is_number, rebuild
+from qddot.codegen.rewrite import is_number, replaced
 
 #: A sum this small against its terms may be zero.
 _SMALL = 1e-11
@@ -31,8 +31,8 @@ def without_zeros(kernel: Kernel) -> Kernel:
     for _ in range(_MOST_ROUNDS):
         if not (found := _proven(kernel.temporaries, [expression for _, expression in kernel.writes])):
             return kernel
-        temporaries = [(symbol, _replaced(expression, found)) for symbol, expression in kernel.temporaries]
-        writes = [(slot, _replaced(expression, found)) for slot, expression in kernel.writes]
+        temporaries = [(symbol, replaced(expression, found)) for symbol, expression in kernel.temporaries]
+        writes = [(slot, replaced(expression, found)) for slot, expression in kernel.writes]
         kernel = kernel.replace(temporaries, writes)
     return kernel
 
@@ -69,14 +69,6 @@ def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
         if not inside:
             return False
         expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
-
-
-def _replaced(expression: Any, found: Mapping[Any, Any]) -> Any:
-    if expression in found:
-        return _replaced(found[expression], found)
-    if not expression.args:
-        return expression
-    return rebuild(expression, [_replaced(part, found) for part in expression.args])
 
 
 class _Point:

@@ -8,12 +8,14 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import mpmath
 from sympy import Add, Expr, Symbol, lambdify
 
 from qddot.model.kinks import cases
+from qddot.model.table import Value
 
 #: A pivot this small against 1 is not certain in floating point.
 _DOUBTFUL = 1e-6
@@ -188,7 +190,9 @@ def _energy_function(
 ) -> Callable[..., Any]:
     """T as a Python function; the quantities it uses go in as assignments, in order, instead of being substituted."""
     assignments = list(quantities.items())
-    values = lambdify(arguments, [kinetic_energy], modules=modules, cse=lambda terms: (assignments, terms))
+    held = (value.func for each in (kinetic_energy, *quantities.values()) for value in each.atoms(Value))
+    tables = {function.__name__: partial(function.table.pieces.at, order=function.order) for function in held}
+    values = lambdify(arguments, [kinetic_energy], modules=[tables, modules], cse=lambda terms: (assignments, terms))
     return lambda *point: values(*point)[0]
 
 

@@ -1,4 +1,4 @@
-"""What a mechanical model is: coordinates, parameters, inputs, named quantities, T, Pi, Phi, forces and outputs.
+"""What a mechanical model is: coordinates, states, parameters, inputs, quantities, T, Pi, Phi, forces and outputs.
 
 Plain symbols stand for q and qdot (not functions of time). A `System` checks itself at birth, see `check`.
 """
@@ -7,14 +7,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 
-from sympy import Expr, Integer, Symbol, SympifyError, sympify
+from sympy import Expr, Integer, Symbol, sympify
 
 from qddot.model.assumptions import plain, unkept
 from qddot.model.check import problems
-from qddot.model.kinks import cases
+from qddot.model.contents import tables
+from qddot.model.definitions import as_expression, definitions, in_order
 from qddot.model.naming import LONGEST, dotted, t
+from qddot.model.table import Table
 
-__all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "System", "t"]
+__all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "State", "System", "t"]
 
 
 class ModelError(ValueError):
@@ -39,6 +41,26 @@ class Coordinate:
     def acceleration(self) -> Symbol:
         """The generalized acceleration: outputs may use it."""
         return dotted(self.rate)
+
+
+@dataclass(frozen=True)
+class State:
+    """An internal state z with its own equation of first order, dz/dt = derivative: an actuator, a filter, an integral.
+
+    The derivative may depend on q, qdot, t, parameters, inputs, quantities and the states, in any form. `rate_symbol`
+    names it (default: the dotted name, z -> zdot); forces, quantities and outputs may use that name.
+    """
+
+    symbol: Symbol
+    derivative: Expr
+    unit: str
+    meaning: str
+    rate_symbol: Symbol | None = None
+
+    @property
+    def rate(self) -> Symbol:
+        """The name of the time derivative."""
+        return self.rate_symbol or dotted(self.symbol)
 
 
 @dataclass(frozen=True)
@@ -75,7 +97,7 @@ class Input:
 class Quantity:
     """A named expression that keeps its name in the generated code, the LaTeX and, as an output, in the results.
 
-    It may use coordinates, velocities, parameters, inputs, time and earlier quantities. With `rate`, its time
+    It may use coordinates, velocities, states, parameters, inputs, time and earlier quantities. With `rate`, its time
     derivative is derived and has that name.
     """
 
@@ -98,11 +120,13 @@ class Output:
 
 @dataclass(frozen=True)
 class System:
-    """A model: d/dt(dT/dqdot) - dT/dq + dPi/dq + dPhi/dqdot = Q for each coordinate.
+    """A model: d/dt(dT/dqdot) - dT/dq + dPi/dq + dPhi/dqdot = Q for each coordinate, dz/dt = derivative for each state.
 
     kinetic_energy T, potential_energy Pi, dissipation Phi (Rayleigh's function, half of the dissipated power where it
-    is quadratic) and the generalized forces Q may depend on q, qdot, t, parameters, inputs and quantities in any form.
-    A Pi that depends on qdot is a generalized potential (L = T - Pi throughout; Goldstein, Classical Mechanics, 1.5).
+    is quadratic) and the generalized forces Q may depend on q, qdot, t, states, parameters, inputs and quantities in
+    any form. A Pi that depends on qdot is a generalized potential (L = T - Pi throughout; Goldstein, Classical
+    Mechanics, 1.5). A state z is to the energies what an input is, a function of time that no variation of q changes:
+    its rate may stand in Q, and in none of them.
 
     Symbols are real. They may be declared so (`Symbol("x", real=True)`), a parameter also as what its values are
     (positive=True); the system holds plain symbols of the same names.
@@ -125,12 +149,13 @@ class System:
     quantities: Sequence[Quantity] = ()
     outputs: Sequence[Output | Quantity] = ()
     parameter_sets: Mapping[str, Mapping[Symbol, float]] = field(default_factory=dict)
+    states: Sequence[State] = ()
 
     def __post_init__(self) -> None:
-        for name in ("coordinates", "parameters", "inputs", "quantities", "outputs"):
+        for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs"):
             object.__setattr__(self, name, _tuple(getattr(self, name)))
         for name in ("kinetic_energy", "potential_energy", "dissipation"):
-            object.__setattr__(self, name, _expression(getattr(self, name)))
+            object.__setattr__(self, name, as_expression(getattr(self, name)))
         self._refuse(unkept(self))
         for each in fields(self):
             object.__setattr__(self, each.name, plain(getattr(self, each.name)))
@@ -142,7 +167,7 @@ class System:
 
     def force(self, coordinate: Coordinate) -> Expr:
         """The generalized force of a coordinate; zero where none is given."""
-        return _expression(self.generalized_forces.get(coordinate.symbol, 0))
+        return as_expression(self.generalized_forces.get(coordinate.symbol, 0))
 
     @cached_property
     def output_expressions(self) -> tuple[Output, ...]:
@@ -154,41 +179,23 @@ class System:
 
     @cached_property
     def definitions(self) -> dict[Symbol, Expr]:
-        """Symbol -> expression of every quantity, in order, each quantity's rate right behind it."""
-        known: dict[Symbol, Expr] = {}
-        rates = {coordinate.symbol: coordinate.rate for coordinate in self.coordinates}
-        rates |= {channel.symbol: channel.rate for channel in self.inputs}
-        for quantity in self.quantities:
-            expression = _expression(quantity.expression)
-            known[quantity.symbol] = expression
-            rates[quantity.symbol] = quantity.rate or _time_derivative(expression, rates)
-            if quantity.rate is not None:
-                known[quantity.rate] = _time_derivative(expression, rates)
-        return known
+        """Symbol -> expression of all that is named: quantities in order, each one's rate behind it, rates of states.
+
+        Each is made of symbols that are no definitions, and of earlier ones.
+        """
+        return in_order(definitions(self))
+
+    @cached_property
+    def tables(self) -> tuple[Table, ...]:
+        """The tables that the expressions hold, by name."""
+        return tables(self)
 
     def written_out(self, expression: Expr | float) -> Expr:
-        """An expression with every named quantity replaced by what it stands for."""
+        """An expression with everything named replaced by what it stands for."""
         written = sympify(expression)
         for symbol, definition in reversed(self.definitions.items()):
             written = written.xreplace({symbol: definition})
         return written
-
-
-def _time_derivative(expression: Expr, rates: Mapping[Symbol, Expr]) -> Expr:
-    """d/dt of an expression in coordinates, inputs, earlier quantities and t, by the chain rule."""
-    expression = cases(expression)
-    total = expression.diff(t)
-    for symbol in sorted(expression.free_symbols & rates.keys(), key=str):
-        total += expression.diff(symbol) * rates[symbol]
-    return total
-
-
-def _expression(value: object) -> object:
-    """Numbers become SymPy numbers; strings are never parsed, and stay for the check to refuse as all others do."""
-    try:
-        return value if isinstance(value, str | bool) else sympify(value)
-    except SympifyError:
-        return value
 
 
 def _tuple(value: object) -> tuple[object, ...]:

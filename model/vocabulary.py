@@ -16,6 +16,7 @@ from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
 from qddot.model.kinks import KINKED
 from qddot.model.naming import t
+from qddot.model.table import Value
 
 #: Functions that have a derivative wherever they have a value.
 SMOOTH = (
@@ -89,7 +90,7 @@ def _reason(node: Any) -> str | None:
     if applied := node.atoms(AppliedUndef) if kind not in _ALLOWED else ():
         moving = any(t in function.args for function in applied)
         return _TIME if moving else "it has no formula; write one, or give it as an input"
-    if kind not in _ALLOWED:
+    if kind not in _ALLOWED and not isinstance(node, Value):
         return f"{kind.__name__} has no compiled form; {_INSTEAD.get(kind.__name__, _NO_FORM)}"
     return _value(node)
 

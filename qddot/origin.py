@@ -1,8 +1,8 @@
 """What generated kernels were made from: digests in a module's header, written by `codegen`, read by who loads it.
 
 A line for each file, `# SHA-256 of "../duffing.py": 0123...`: the model's own first, then what it imports from beside
-it. A model of the user's own is named as seen from the folder of the generated module, one that comes with qddot by
-its Python name.
+it and the files of its tables. A model of the user's own is named as seen from the folder of the generated module, one
+that comes with qddot by its Python name.
 """
 
 import ast
@@ -118,7 +118,7 @@ def _name(file: Path, folder: Path) -> str:
 
 
 def _file(name: str, folder: Path) -> Path:
-    if name.endswith(".py"):
+    if not name.startswith(f"{_SHIPPED}."):
         return Path(os.path.normpath(folder / name))
     return _models() / f"{name.removeprefix(f'{_SHIPPED}.')}.py"
 

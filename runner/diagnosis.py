@@ -34,11 +34,20 @@ def diagnosis(model: Model, problem: Problem, trajectory: Trajectory) -> str:
         names = ", ".join(model.state_names[i] for i in np.flatnonzero(~np.isfinite(slope(x))))
         if names:
             return f"the rate of {names} is not finite at this state; start elsewhere, or check the parameters"
+        if any(each.outside == "refuse" for each in model.tables.lookups):
+            return _beyond(model)
     if trajectory.status in CREEPING:
         reach = np.abs(slope(x)) * (t - float(trajectory.t[0]))  # of a state that sticks from the start
         found = jump(slope, x, np.maximum(np.abs(trajectory.states).max(axis=0), np.nan_to_num(reach)))
         return _told(model, x, *found) if found else ""
     return ""
+
+
+def _beyond(model: Model) -> str:
+    """Tables that have no value outside, where the next step leads."""
+    found = [each for each in model.tables.lookups if each.outside == "refuse"]
+    told = (f"{each.name} ({f'{each.first:.6g} to {each.last:.6g} {each.argument}'.rstrip()})" for each in found)
+    return f"the next step may lead beyond the points of a table that refuses it: {', '.join(told)}"
 
 
 def _told(model: Model, x: NDArray[np.float64], rate: int, passing: int, height: float) -> str:

@@ -52,7 +52,9 @@ def equilibrium(
 ) -> Vector:
     """The state [q, 0, z] (n_states,) that stays, with the inputs at t0 and their rates 0.
 
-    All accelerations vanish there, and the rates of internal states z.
+    All accelerations vanish there, and the rates of internal states z. An internal state that rests wherever it is, as
+    that of a hysteresis does, keeps the value of the guess. Where internal states make a whole family of static states,
+    the guess itself is the one if it is of the family.
 
     guess: where the search starts, coordinates and internal states by name or a state (n_states,) whose velocities are
     not used; 0 where not given. Raises EquilibriumError where the accelerations do not vanish (naming the coordinate
@@ -70,7 +72,11 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = N
     residual, jacobian = _at_rest(model, c, u, t0)
     start = _start(model, guess)[free]
     with np.errstate(all="ignore"):
-        q, r, J = _newton(residual, jacobian, start)
+        sought = _sought(model, residual(start), jacobian(start))
+        q, r, J = _newton(residual, jacobian, start, sought)
+        if not sought.all() and (r[~sought].any() or J[~sought].any()):  # they rested at the guess alone
+            sought[:] = True
+            q, r, J = _newton(residual, jacobian, start, sought)
     if not (np.isfinite(r).all() and (np.isfinite(J).all() or not r.any())):
         x = _state(model, q)
         where = "where the search starts" if (q == start).all() else "where the search leads"
@@ -81,14 +87,26 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = N
         )
     if not _vanishes(r, J, q):
         raise EquilibriumError(_none_message(model, r, t0))
-    loose = _free_directions(np.nan_to_num(J, nan=HUGE, posinf=HUGE, neginf=-HUGE))
+    known = np.nan_to_num(J, nan=HUGE, posinf=HUGE, neginf=-HUGE)
+    loose = _free_directions(known[np.ix_(sought, sought)])
     if loose is not None:
-        names = [model.state_names[free[i]] for i in np.flatnonzero(np.abs(loose) > NAMED * np.abs(loose).max())]
+        moving = np.flatnonzero(sought)[np.abs(loose) > NAMED * np.abs(loose).max()]
+        if (moving >= model.tables.coordinates).any() and _vanishes(residual(start), jacobian(start), start):
+            return _state(model, start)
+        names = [model.state_names[i] for i in free[moving]]
         raise EquilibriumError(
             f"model {model.name}: the static state is not isolated: nothing holds {', '.join(names)}; "
             f"{ADVICE}, or add a spring"
         )
     return _state(model, q)
+
+
+def _sought(model: Model, r: Vector, J: Vector) -> NDArray[np.bool_]:
+    """Which of the states are sought: all but internal ones that rest wherever they and the coordinates are."""
+    sought = np.ones(len(r), dtype=bool)
+    internal = slice(model.tables.coordinates, None)
+    sought[internal] = (r[internal] != 0) | (J[internal] != 0).any(axis=1)
+    return sought
 
 
 def still(model: Model) -> tuple[Integers, Integers]:
@@ -145,14 +163,23 @@ def _at_rest(
     return rates, derivative
 
 
-def _newton(residual: Callable[[Vector], Vector], jacobian: Callable[[Vector], Vector], q: Vector) -> Any:
-    """The last iterate with its residual and Jacobian; iterates until a step no longer helps."""
+def _newton(
+    residual: Callable[[Vector], Vector],
+    jacobian: Callable[[Vector], Vector],
+    q: Vector,
+    sought: NDArray[np.bool_],
+) -> Any:
+    """The last iterate with its residual and Jacobian; iterates until a step no longer helps.
+
+    Only the states that are sought move.
+    """
     r, J = residual(q), jacobian(q)
     for _ in range(MOST_ITERATIONS):
         if not (np.isfinite(r).all() and np.isfinite(J).all()):
             break
         scale = _nonzero(np.abs(J).max(axis=1))
-        step = np.linalg.lstsq(J / scale[:, None], -r / scale, rcond=SINGULAR)[0]
+        step = np.zeros_like(q)
+        step[sought] = np.linalg.lstsq((J / scale[:, None])[:, sought], -r / scale, rcond=SINGULAR)[0]
         for halving in range(MOST_HALVINGS):
             tried = q + 0.5**halving * step
             r_tried = residual(tried)

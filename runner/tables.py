@@ -56,6 +56,19 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Lookup:
+    """A table of a state: its points go from `first` to `last`; what is outside is "refuse" where it has no value."""
+
+    name: str
+    unit: str
+    meaning: str
+    first: float
+    last: float
+    argument: str
+    outside: str
+
+
+@dataclass(frozen=True)
 class Tables:
     """What a generated module says about its model.
 
@@ -78,6 +91,7 @@ class Tables:
     linear: bool
     mass_matrix: str
     patterns: dict[str, Pattern] = field(hash=False)
+    lookups: tuple[Lookup, ...]
     recurrence: str = ""
     without_recurrence: str = ""
 
@@ -117,6 +131,7 @@ def read_tables(module: ModuleType) -> Tables:
         coordinates=coordinates,
         inputs=inputs,
         rhs_inputs=rhs_inputs,
+        lookups=_lookups(module),
         positioned=_names(module, "POSITION") if hasattr(module, "POSITION") else (),
         outputs=_records(module, "OUTPUT", Quantity, (str, str, str)),
         parameters=parameters,
@@ -202,6 +217,13 @@ def _expanded(module: ModuleType, table: str, rows: Iterable[Any]) -> list[Any]:
         return expanded(rows)
     except ValueError as error:
         raise _fail(module, f"{table}: {error}") from None
+
+
+def _lookups(module: ModuleType) -> tuple[Lookup, ...]:
+    number = (int, float)
+    return (
+        _records(module, "TABLE", Lookup, (str, str, str, number, number, str, str)) if hasattr(module, "TABLE") else ()
+    )
 
 
 def _check_names(module: ModuleType, tables: Tables) -> None:

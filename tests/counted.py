@@ -1,7 +1,7 @@
 """Equations of motion of the shipped models, written by hand, and numbers that count what is done with them.
 
 Arithmetic of parameters is not counted, as it is done once a run; every other addition, multiplication, division and
-sine or cosine counts one, a sign nothing.
+sine or cosine counts one, and so do a comparison and the choice that it decides; a sign nothing.
 """
 
 import math
@@ -38,6 +38,16 @@ class Counted:
     def __neg__(self):
         return Counted(-self.value, self.tally)
 
+    def __abs__(self):
+        return self._chosen(abs(self.value))
+
+    def between(self, least, greatest):
+        """The value, or the bound that it is beyond."""
+        return self._chosen(max(self.value, least))._chosen(min(max(self.value, least), greatest))
+
+    def _chosen(self, value):
+        return self._done(value)._done(value)
+
     __radd__, __rmul__ = __add__, __mul__
 
 
@@ -70,6 +80,19 @@ def chain(q, v, u, p):
     pull = [p["k"] * (q[i + 1] - q[i]) + p["c"] * (v[i + 1] - v[i]) for i in range(10)]
     inverse = 1 / p["m"]
     return *(inverse * (pull[i + 1] - pull[i]) for i in range(9)), -inverse * pull[9]
+
+
+def recoil_damper(q, v, u, p, z):
+    """The damper of Spencer and others."""
+    (x,), (xdot,), (y, h, voltage, integral) = q, v, z
+    wanted = p["k_p"] * x + p["k_d"] * xdot + p["k_i"] * integral
+    command = wanted.between(0.0, p["u_m"])
+    alpha, c_0, c_1 = (p[name + "a"] + p[name + "b"] * voltage for name in ("alpha_", "c_0", "c_1"))
+    ydot = (alpha * h + c_0 * xdot + p["k_0"] * (x - y)) / (c_0 + c_1)
+    speed = xdot - ydot
+    hdot = speed * (p["A"] - p["beta"] * (h * h)) - p["gamma"] * abs(speed) * abs(h) * h
+    force = u["F"] - c_1 * ydot - (p["k_r"] + p["k_1"]) * x
+    return (1 / p["m"]) * force, ydot, hdot, p["eta"] * (command - voltage), x
 
 
 def double_pendulum(q, v, u, p):

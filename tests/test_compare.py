@@ -223,7 +223,7 @@ def size_at_a_point(expression):
 REFUSED = {
     "q_1: m_1*qddot_1 + k_11*q_1 = 0": "line 1, column 20: unknown symbol k_11; did you mean k_1?",
     "q_1: m_1*qddot_1\n  + k_1*(q_1 - zz) = 0": "line 2, column 16: unknown symbol zz",
-    "q_9: m_1 = 0": "line 1, column 1: q_9 is no coordinate; did you mean q_",
+    "q_9: m_1 = 0": "line 1, column 1: q_9 has no equation; did you mean q_",
     "q_1: m_1*qddot_1": "line 1, column 4: an equation has one =, found 0",
     "q_1: m_1 == g": "an equation has one =, found 2",
     "q_1: q_7(l_3 + l_4) = 0": "line 1, column 6: q_7 is no function",

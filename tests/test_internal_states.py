@@ -54,8 +54,8 @@ def test_at_rest_the_internal_state_rests_too(model):
     np.testing.assert_array_equal(qddot.equilibrium(model, inputs={"F": FORCE}, guess={"s": 3.0}), found)
     with pytest.raises(ValueError, match="unknown coordinate 'qdot'"):
         qddot.equilibrium(model, guess={"qdot": 1.0})
-    with pytest.raises(qddot.EquilibriumError, match="not isolated: nothing holds s"):
-        qddot.equilibrium(model, {"k_2": 0.0})
+    with_nothing_to_move_it = qddot.equilibrium(model, {"k_2": 0.0}, {"F": FORCE}, guess={"s": 0.3})
+    np.testing.assert_allclose(with_nothing_to_move_it, [FORCE / K_1, 0.0, 0.3], rtol=1e-12)
 
 
 def test_modes_are_the_eigenvalues_and_name_the_internal_state(model):

@@ -131,7 +131,7 @@ BAD = {
     ),
     "acceleration in a force": (
         {"generalized_forces": {x: f * xddot}},
-        "generalized force of x uses xddot, which is not declared",
+        "generalized force of x uses xddot, an acceleration",
     ),
     "quantity before its time": (
         {"quantities": [Quantity(s, 2 * r, "m", "one"), Quantity(r, x, "m", "two")], "outputs": []},

@@ -189,8 +189,8 @@ PRINTED = [
     (-(x + y) * z, "-z * (x + y)"),
     (se.atan2(x, y), "math.atan2(x, y)"),
     (se.pi * x, "math.pi * x"),
-    (se.Piecewise((x, x > 0), (-x, True)), "(x if (0.0 < x) else -x)"),
-    (se.Piecewise((x, se.And(x > 0, y < 1)), (0, True)), "(x if ((0.0 < x) and (y < 1.0)) else 0.0)"),
+    (se.Piecewise((x, x > 0), (-x, True)), "(x if (x > 0.0) else -x)"),
+    (se.Piecewise((x, se.And(x > 0, y < 1)), (0, True)), "(x if ((x > 0.0) and (y < 1.0)) else 0.0)"),
 ]
 
 

@@ -10,6 +10,7 @@ from qddot.codegen.compare.report import latex, records, summary, text
 from qddot.codegen.compare.sheet import read
 from qddot.codegen.compare.tree import CompareError
 from qddot.codegen.compare.wording import accounts
+from qddot.codegen.equations.notation import with_dots
 from qddot.codegen.lagrange import derive
 from qddot.codegen.sources import Source, find
 from qddot.model.system import ModelError, System
@@ -24,7 +25,7 @@ def run(path: Path, name: str | None, form: str) -> int:
     ((source, system),) = _model(path, name, chosen).items()
     equations = derive(system)
     found = accounts(sheet, equations, compare(sheet, equations))
-    dotted = frozenset(map(str, (*equations.coordinates, *equations.inputs)))
+    dotted = with_dots(equations)
     if form == "json":
         said = {"file": str(path), "model": str(source), "summary": summary(found), "equations": records(found, dotted)}
         print(json.dumps(said, indent=1, ensure_ascii=False))

@@ -51,14 +51,14 @@ class Comparison:
 
 def compare(sheet: Sheet, equations: Equations) -> tuple[Comparison, ...]:
     """Compare every equation of a sheet with the model's; CompareError for names that the model does not have."""
-    coordinates = [str(q) for q in equations.coordinates]
+    coordinates = [str(q) for q in (*equations.coordinates, *equations.states)]
     sheet.checked(_known(equations), coordinates)
     judge = _Judge(sheet, equations)
     return tuple(judge.comparison(written, coordinates.index(written.coordinate)) for written in sheet.equations)
 
 
 def _known(equations: Equations) -> list[str]:
-    moving = (*equations.coordinates, *equations.velocities, *equations.accelerations)
+    moving = (*equations.state, *equations.accelerations)
     given = (*equations.parameters, *equations.inputs, *equations.rates, equations.time)
     return [str(symbol) for symbol in (*moving, *given, *equations.definitions.expressions)]
 
@@ -71,14 +71,13 @@ class _Judge:
         self._same: _Same = partial(_equal, {s: usual[str(s)] for s in equations.parameters})
         used = {symbol.name for written in sheet.equations for symbol in _symbols_of(written)}
         used |= {symbol.name for meaning in sheet.meanings.values() for symbol in symbols(meaning)}
-        kept = {s for s in equations.definitions.expressions if str(s) in used}
-        #: Readings from the one nearest to the author's, quantities of his kept, to the one with all written out.
-        self._readings = [self._reading(keep) for keep in ([kept] if kept else []) + [set()]]
+        self._kept = {s for s in equations.definitions.expressions if str(s) in used}
+        self._readings = {highest: self._read(highest) for highest in (None, *equations.state_rates)}
 
     def comparison(self, written: Written, k: int) -> Comparison:
         """The comparison of one equation, by the reading that needs the fewest changes."""
         found: list[Comparison] = []
-        for reading, kept in self._readings:
+        for reading, kept in self._readings[self._rate(k)]:
             found.append(self._by_reading(written, k, reading, kept))
             if found[-1].equal:
                 return found[-1]
@@ -92,7 +91,9 @@ class _Judge:
         try:
             printed = se.Add(*(reading.addend(term) for term in printed_terms))
             derived = se.Add(*derived_terms)
-            factor = _factor(printed, derived, self._equations.accelerations, self._same)
+            rate = self._rate(k)
+            highest = self._equations.accelerations if rate is None else (rate,)
+            factor = _factor(printed, derived, highest, self._same)
             if self._same(printed, factor * derived):
                 return Comparison(*case, factor, (), printed, derived)
             wanted = [factor * term for term in derived_terms]
@@ -101,9 +102,16 @@ class _Judge:
             raise self._sheet.error(written.at, str(error)) from None
         return Comparison(*case, factor, tuple(changes), printed, derived)
 
+    def _rate(self, k: int) -> Any:
+        """The rate that equation k is solved for where it is a state's, or None."""
+        n = len(self._equations.coordinates)
+        return None if k < n else self._equations.state_rates[k - n]
+
     def _derived(self, k: int) -> tuple[list[Any], list[Any]]:
-        """The terms of M qddot + gyroscopic + dPi/dq + dPhi/dqdot for coordinate k, and those of -Q."""
-        equations = self._equations
+        """The terms of M qddot + gyroscopic + dPi/dq + dPhi/dqdot for coordinate k, and those of -Q; of zdot = ..."""
+        equations, rate = self._equations, self._rate(k)
+        if rate is not None:
+            return [rate], [-term for term in terms(equations.definitions.expressions[rate]) if term != 0]
         inertia = [
             equations.mass[max(k, j), min(k, j)] * acceleration
             for j, acceleration in enumerate(equations.accelerations)
@@ -113,6 +121,12 @@ class _Judge:
         found = [term for part in others for term in terms(legible(part, self._fixed))]
         applied = [-term for term in terms(equations.applied[k])]
         return [term for term in (*inertia, *found) if term != 0], [term for term in applied if term != 0]
+
+    def _read(self, rate: Any) -> list[tuple[Reading, Mapping[Any, Any]]]:
+        """From the reading nearest to the author's, quantities of his kept, to all written out but this rate."""
+        least = set() if rate is None else {rate}
+        kept = self._kept | least
+        return [self._reading(keep) for keep in ([kept] if kept != least else []) + [least]]
 
     def _reading(self, kept: set[Any]) -> tuple[Reading, Mapping[Any, Any]]:
         """How names are to be read where some quantities stay symbols: the author's names; the model's quantities."""
@@ -133,7 +147,8 @@ class _Judge:
     def _roles(self) -> list[list[str]]:
         equations = self._equations
         moving = (equations.coordinates, equations.velocities, equations.accelerations)
-        others = (equations.parameters, equations.inputs, equations.rates, tuple(equations.definitions.expressions))
+        quantities = tuple(equations.definitions.expressions)
+        others = (equations.states, equations.parameters, equations.inputs, equations.rates, quantities)
         own = self._sheet.own
         return [[str(symbol) for symbol in group if str(symbol) not in own] for group in (*moving, *others)]
 

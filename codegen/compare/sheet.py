@@ -6,9 +6,10 @@
     symbols l_7 l_8                 names of the file's own, which the model lacks or which do not mean the model's
     let I = I_6                     an abbreviation: the author's name for an expression
     (5) q_1: m_1*qddot_1 + k_1*(q_1 - z_1)
-             - k_6*d_1 = -m_1*g     a label in brackets (or none), the coordinate, an equation; indented lines go on
+             - k_6*d_1 = -m_1*g     a label in brackets (or none), the coordinate or internal state, an equation;
+                                    indented lines go on
 
-Names are the model's: coordinates, velocities, accelerations, parameters, inputs and their rates, quantities and t.
+Names are the model's: coordinates, velocities, accelerations, states, parameters, inputs, rates, quantities and t.
 Expressions are those of `grammar`.
 """
 
@@ -28,7 +29,10 @@ _EQUATION = re.compile(rf"(?:\((?P<label>[^()]*)\)\s*)?(?P<coordinate>{_NAME})\s
 
 @dataclass(frozen=True)
 class Written:
-    """An equation of the file: left = right, of a coordinate; label: what stands in brackets in front, or the name."""
+    """An equation of the file: left = right; label: what stands in brackets in front, or the name.
+
+    coordinate: what it is of, a coordinate or an internal state.
+    """
 
     label: str
     coordinate: str
@@ -63,7 +67,7 @@ class Sheet:
         names = {*known, *self.own, "pi"}
         for at, wanted in ((equation.at, equation.coordinate) for equation in self.equations):
             if wanted not in coordinates:
-                raise self.error(at, f"{wanted} is no coordinate{nearest(wanted, coordinates)}")
+                raise self.error(at, f"{wanted} has no equation{nearest(wanted, coordinates)}")
         for name, meaning in self.meanings.items():  # an abbreviation may use those before it
             self._check_symbols(meaning, names)
             names.add(name)

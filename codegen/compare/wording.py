@@ -48,17 +48,17 @@ class Account:
 
 def accounts(sheet: Sheet, equations: Equations, comparisons: Sequence[Comparison]) -> tuple[Account, ...]:
     """What is to be said about each equation, in the order of the file."""
-    document = describe(equations, sheet.path.name)
+    derived = describe(equations, sheet.path.name).equations
     words = _Words(sheet, equations)
     return tuple(
         Account(
             label=each.written.label,
             coordinate=each.written.coordinate,
-            meaning=document.coordinates[each.coordinate].meaning,
+            meaning=derived[each.coordinate][0].meaning,
             equal=each.equal,
             factor=None if each.factor == 1 else words.sum(each.factor),
             printed=formula(each.written.left, each.written.right),
-            derived=document.motion[each.coordinate],
+            derived=derived[each.coordinate][1],
             remarks=tuple(words.remark(change, each) for change in each.changes),
         )
         for each in comparisons

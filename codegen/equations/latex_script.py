@@ -103,6 +103,10 @@ class LatexScript:
         text = _FUNCTIONS.get(name, f"\\{name}" if name in _PLAIN_FUNCTIONS else rf"\operatorname{{{name}}}")
         return Box(text, 0.48 * len(name) + 0.18)
 
+    def primes(self, count: int) -> Box:
+        """As many primes."""
+        return Box("'" * count, 0.25 * count)
+
     def brackets(self, height: int) -> tuple[Box, Box]:
         """Of the size that fits; a line may break between them, so the size is given."""
         left, right = _SIZES[min(height, len(_SIZES) - 1)]

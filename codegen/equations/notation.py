@@ -15,7 +15,7 @@ from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum,
 from qddot.codegen.equations.reading import Reader
 from qddot.codegen.equations.spelling import alike
 from qddot.codegen.lagrange import Equations
-from qddot.model.check import declared
+from qddot.model.contents import declared
 from qddot.model.system import ModelError
 
 
@@ -70,7 +70,8 @@ class Document:
     """What a reader is told of a model.
 
     definitions: of the quantities, each one's rate behind it; energies: T, Pi, Phi; forces: Q of each coordinate that
-    has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot = Q.
+    has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot = Q; state_motion:
+    one per internal state, zdot = derivative.
     is_generalized: Pi depends on velocities, so that L = T - Pi takes the place of T and Pi in Lagrange's equations.
     dotted: the words that may carry dots.
     """
@@ -79,19 +80,28 @@ class Document:
     title: str
     source: str
     coordinates: tuple[Entry, ...]
+    states: tuple[Entry, ...]
     parameters: tuple[ParameterEntry, ...]
     parameter_sets: tuple[str, ...]
     inputs: tuple[Entry, ...]
     quantities: tuple[Entry, ...]
+    tables: tuple[Entry, ...]
     outputs: tuple[Entry, ...]
     definitions: tuple[Formula, ...]
     energies: tuple[Formula, ...]
     forces: tuple[Formula, ...]
     motion: tuple[Formula, ...]
+    state_motion: tuple[Formula, ...]
     mass: MassMatrix
     output_definitions: tuple[Formula, ...]
     is_generalized: bool
     dotted: Set[str]
+
+    @property
+    def equations(self) -> tuple[tuple[Entry, Formula], ...]:
+        """What each equation is of, with the equation: of the coordinates, then of the states."""
+        entries, formulas = (*self.coordinates, *self.states), (*self.motion, *self.state_motion)
+        return tuple(zip(entries, formulas, strict=True))
 
 
 def describe(equations: Equations, source: str) -> Document:
@@ -100,7 +110,7 @@ def describe(equations: Equations, source: str) -> Document:
     Raises ModelError where two symbols would look the same.
     """
     system = equations.system
-    dotted = frozenset(map(str, (*equations.coordinates, *equations.inputs)))
+    dotted = with_dots(equations)
     for one, other in alike((str(symbol) for _, symbol in declared(system)), dotted):
         raise ModelError(f"model {system.name}: {one} and {other} are typeset alike; rename one of them")
     writing = _Writing(equations)
@@ -109,20 +119,28 @@ def describe(equations: Equations, source: str) -> Document:
         title=system.title,
         source=source,
         coordinates=tuple(Entry(str(c.symbol), c.unit, c.meaning, str(c.rate)) for c in system.coordinates),
+        states=tuple(Entry(str(z.symbol), z.unit, z.meaning, str(z.rate)) for z in system.states),
         parameters=_parameters(equations),
         parameter_sets=tuple(system.parameter_sets),
         inputs=_inputs(equations),
         quantities=tuple(Entry(str(q.symbol), q.unit, q.meaning, _text(q.rate)) for q in system.quantities),
+        tables=tuple(Entry(table.name, table.unit, table.description) for table in system.tables),
         outputs=tuple(Entry(str(o.symbol), o.unit, o.meaning) for o in system.output_expressions),
-        definitions=tuple(writing.given(Name(str(s)), e) for s, e in equations.definitions.expressions.items()),
+        definitions=writing.definitions(),
         energies=writing.energies(),
         forces=writing.forces(),
         motion=tuple(writing.motion(k) for k in range(len(equations.coordinates))),
+        state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
         output_definitions=writing.outputs(),
         is_generalized=bool(equations.definitions.base_symbols(equations.potential) & set(equations.velocities)),
         dotted=dotted,
     )
+
+
+def with_dots(equations: Equations) -> frozenset[str]:
+    """The words that may carry dots: names of what moves."""
+    return frozenset(map(str, (*equations.coordinates, *equations.states, *equations.inputs)))
 
 
 class _Writing:
@@ -137,6 +155,14 @@ class _Writing:
 
     def given(self, left: Factor, expression: Any) -> Formula:
         return Formula(_alone(left), self._author.sum(expression))
+
+    def definition(self, symbol: Any) -> Formula:
+        return self.given(Name(str(symbol)), self._equations.definitions.expressions[symbol])
+
+    def definitions(self) -> tuple[Formula, ...]:
+        """Of quantities and their rates."""
+        symbols = (s for s in self._equations.definitions.expressions if s not in self._equations.state_rates)
+        return tuple(map(self.definition, symbols))
 
     def energies(self) -> tuple[Formula, ...]:
         equations = self._equations

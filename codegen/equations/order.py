@@ -24,13 +24,14 @@ class Order:
     def __init__(self, equations: Equations, others: Sequence[Any] = ()) -> None:
         defined = equations.definitions.expressions
         constant = {symbol for symbol, expression in defined.items() if equations.parameter_only(expression)}
+        constant -= set(equations.state_rates)
         groups = (
             (_FIXED, (*others, *equations.parameters, *(symbol for symbol in defined if symbol in constant))),
             (_GIVEN, (*equations.inputs, *equations.rates)),
             (_TIME, (equations.time,)),
             (_QUANTITY, tuple(symbol for symbol in defined if symbol not in constant)),
-            (_COORDINATE, equations.coordinates),
-            (_VELOCITY, equations.velocities),
+            (_COORDINATE, (*equations.coordinates, *equations.states)),
+            (_VELOCITY, (*equations.velocities, *equations.state_rates)),
             (_ACCELERATION, equations.accelerations),
         )
         self._rank: dict[Any, Rank] = {symbol: (group, k) for group, found in groups for k, symbol in enumerate(found)}

@@ -16,6 +16,9 @@ from qddot.codegen.equations.phrases import Factor, Formula, Name
 from qddot.codegen.equations.tex import lagrange
 from qddot.codegen.equations.typesetter import Typesetter
 
+#: What an equation is of, that symbol, and the pieces of the equation.
+Equation = tuple[str, Markup, list[Markup]]
+
 #: Wider pieces are cut further, in em; a piece that cannot be cut scrolls in its own box.
 _PIECE = 28.0
 
@@ -41,14 +44,14 @@ def html(document: Document) -> str:
             document=document,
             lagrange=_math(lagrange(document)),
             coordinates=[page.symbols(entry) for entry in document.coordinates],
+            states=[page.symbols(entry) for entry in document.states],
             inputs=[page.symbols(entry) for entry in document.inputs],
             quantities=page.defined(document.quantities, document.definitions),
+            tables=[page.symbols(entry) for entry in document.tables],
             energies=[page.pieces(page.write.formula(formula)) for formula in document.energies],
             forces=[page.pieces(page.write.formula(formula)) for formula in document.forces],
-            motion=[
-                (_capitalized(entry.meaning), page.symbol(entry.symbol), page.pieces(page.write.formula(formula)))
-                for entry, formula in zip(document.coordinates, document.motion, strict=True)
-            ],
+            motion=page.equations(document.coordinates, document.motion),
+            state_motion=page.equations(document.states, document.state_motion),
             mass=page.mass(),
             outputs=page.defined(document.outputs, document.output_definitions),
             parameters=[
@@ -89,6 +92,12 @@ class _Page:
             if entry.rate:
                 rows.append(Row(self._definition(entry.rate, known), "its rate", unit(f"{entry.unit}/s")))
         return rows
+
+    def equations(self, entries: Sequence[Entry], formulas: Sequence[Formula]) -> list[Equation]:
+        return [
+            (_capitalized(entry.meaning), self.symbol(entry.symbol), self.pieces(self.write.formula(formula)))
+            for entry, formula in zip(entries, formulas, strict=True)
+        ]
 
     def _definition(self, name: str, known: Mapping[Factor, Formula]) -> list[Markup]:
         formula = known.get(Name(name))

@@ -52,6 +52,15 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
+class Lookup:
+    """The value of a table at an argument, or its derivative: a prime for each."""
+
+    table: str
+    primes: int
+    argument: "Sum"
+
+
+@dataclass(frozen=True, slots=True)
 class Relation:
     """A condition: comparisons chained by `and` or `or`."""
 
@@ -96,7 +105,7 @@ class Formula:
     right: Sum
 
 
-Factor = Number | Name | Indexed | Constant | Power | Call | Cases | Sum
+Factor = Number | Name | Indexed | Constant | Power | Call | Lookup | Cases | Sum
 
 
 def term(factor: Factor) -> Term:

@@ -7,12 +7,14 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.convert import looked_up
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import (
     Call,
     Cases,
     Constant,
     Factor,
+    Lookup,
     Name,
     Number,
     Power,
@@ -92,6 +94,8 @@ class Reader:
             return self.sum(base)
         if isinstance(base, se.Piecewise):
             return self._cases(base)
+        if isinstance(base, se.FunctionSymbol):
+            return Lookup(*looked_up(base), self.sum(base.args[0]))
         return Call(type(base).__name__, tuple(self.sum(argument) for argument in base.args))
 
     def _name(self, symbol: Any) -> Name:

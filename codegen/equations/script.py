@@ -46,6 +46,9 @@ class Script(Protocol):
     def function(self, name: str) -> Box:
         """A function's name."""
 
+    def primes(self, count: int) -> Box:
+        """What derivatives of a function of one argument have behind its name."""
+
     def brackets(self, height: int) -> tuple[Box, Box]:
         """Brackets around what is so high."""
 

@@ -30,8 +30,10 @@ class _Page:
         yield from wrapped(document.title, self._width)
         yield from wrapped(f"{document.name}, from {document.source}", self._width)
         yield from self._table("Coordinates", document.coordinates)
+        yield from self._table("Internal states", document.states)
         yield from self._table("Inputs", document.inputs)
         yield from self._defined("Quantities", document.quantities, document.definitions)
+        yield from self._table("Tables", document.tables)
         yield from self._heading("Energies and dissipation function")
         yield from self._formulas(document.energies)
         if document.forces:
@@ -108,7 +110,7 @@ class _Page:
 
     def _motion(self) -> Iterator[str]:
         yield from self._heading("Equations of motion")
-        for entry, formula in zip(self._document.coordinates, self._document.motion, strict=True):
+        for entry, formula in self._document.equations:
             yield from wrapped(f"{self._symbol(entry.symbol)}, {entry.meaning}:", self._width)
             yield from self._formulas([formula])
 

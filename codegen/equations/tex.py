@@ -59,13 +59,16 @@ def tex(document: Document) -> str:
         raw_source="".join(c if c.isprintable() else " " for c in document.source),
         lagrange=lagrange(document),
         coordinates=page.table(document.coordinates),
+        states=page.table(document.states),
         inputs=page.table(document.inputs),
         quantities=page.table(document.quantities),
+        tables=page.table(document.tables),
         quantities_defined=page.defined(document.quantities, document.definitions),
         definitions=page.aligned(document.definitions),
         energies=page.aligned(document.energies),
         forces=page.aligned(document.forces),
-        motion=page.motion(),
+        motion=page.equations(document.coordinates, document.motion),
+        state_motion=page.equations(document.states, document.state_motion),
         mass=page.mass(),
         mass_kind=document.mass.kind,
         outputs=page.table(document.outputs),
@@ -157,9 +160,9 @@ class _Page:
         first, *others = self._write.terms(formula.right)
         return [beside(self._write.script.equals, first), *others]
 
-    def motion(self) -> list[tuple[str, tuple[str, ...]]]:
+    def equations(self, entries: Sequence[Entry], formulas: Sequence[Formula]) -> list[tuple[str, tuple[str, ...]]]:
         """What each equation is of, and its lines."""
-        pairs = zip(self._document.coordinates, self._document.motion, strict=True)
+        pairs = zip(entries, formulas, strict=True)
         return [(self._subject(entry), _texts(self._write.formula(formula), _NUMBERED)) for entry, formula in pairs]
 
     def _subject(self, entry: Entry) -> str:

@@ -13,6 +13,7 @@ from qddot.codegen.equations.phrases import (
     Factor,
     Formula,
     Indexed,
+    Lookup,
     Name,
     Number,
     Power,
@@ -75,6 +76,9 @@ class Typesetter:
                 box = self._between(self._inside(arguments), self.script.bars)
             case Call(function, arguments):
                 box = beside(self.script.function(function), self._bracket(self._inside(arguments)))
+            case Lookup(table, primes, argument):
+                head = beside(self.script.name(table), self.script.primes(primes))
+                box = beside(head, self._bracket(self._inside((argument,))))
             case Cases(branches):
                 box = self.script.cases([(self._inside((value,)), self._condition(when)) for value, when in branches])
         return box
@@ -82,7 +86,7 @@ class Typesetter:
     def _term(self, term: Term, inner: bool) -> Box:
         if not term.below:
             return self._product(term.coefficient, term.above, inner)
-        bulky = [factor for factor in term.above if isinstance(factor, Sum | Call | Cases)]
+        bulky = [factor for factor in term.above if isinstance(factor, Sum | Call | Lookup | Cases)]
         outside = [] if self._flat or len(bulky) == len(term.above) else bulky
         above = [factor for factor in term.above if factor not in outside]
         numerator, denominator = _split(term.coefficient)
@@ -127,7 +131,7 @@ class Typesetter:
             head = self.script.raised(self.script.function(base.function), small)
             return beside(head, self._bracket(self._inside(base.arguments)))
         box = self.factor(base, inner=True)
-        if isinstance(base, Cases | Power) or (isinstance(base, Call) and base.function != "abs"):
+        if isinstance(base, Cases | Power | Lookup) or (isinstance(base, Call) and base.function != "abs"):
             box = self._bracket(box)
         raised = self.script.raised(Box("", 0.0), small)
         return beside(box, raised) if box.cut else self.script.raised(box, small)

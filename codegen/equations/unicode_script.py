@@ -108,6 +108,10 @@ class UnicodeScript:
         """The name itself."""
         return boxed(name)
 
+    def primes(self, count: int) -> Box:
+        """As many primes."""
+        return boxed("′" * count)
+
     def brackets(self, height: int) -> tuple[Box, Box]:
         """Of one size."""
         return boxed("("), boxed(")")

@@ -5,6 +5,7 @@ from functools import cache
 from types import FunctionType, ModuleType
 from typing import Any
 
+from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 
 from qddot.runner import abi
@@ -27,12 +28,17 @@ def lane_rhs(model: Model) -> Any | None:
 
 @cache
 def _compiled_kernel(rhs: FunctionType) -> Any | None:
-    """The text of `rhs` once more: items of its arguments stand LANES apart, and `math` is that of lanes."""
+    """The text of `rhs` once more: items of its arguments stand LANES apart, and `math` is that of lanes.
+
+    The functions of tables that it calls become part of it.
+    """
     if not set(rhs.__code__.co_names) & set(vars(math)) <= FORMS.keys():
         return None
     in_lanes = ModuleType("math", "What stands for `math` in lanes.")
     vars(in_lanes).update(FORMS)
-    one = elementary(FunctionType(rhs.__code__, {**rhs.__globals__, "math": in_lanes}, rhs.__name__))
+    called = {name: rhs.__globals__.get(name) for name in rhs.__code__.co_names}
+    tables = {name: elementary(each.py_func) for name, each in called.items() if isinstance(each, Dispatcher)}
+    one = elementary(FunctionType(rhs.__code__, {**rhs.__globals__, **tables, "math": in_lanes}, rhs.__name__))
     names = {**globals(), "one": one}
     loop = FunctionType(_over_lanes.__code__, names, f"lane_{rhs.__name__}")
     return lane_loop(abi.LANE_KERNEL, rhs)(loop)
