@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Expr, Symbol, sympify
 
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
+from qddot.model.jumps import jumps
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.uses import fixed_positions, loops, massless, order, still_energies, unused
 from qddot.model.vocabulary import refusals
@@ -28,6 +29,7 @@ def problems(system: "System") -> list[str]:
         (_expressions, order, _vocabulary),
         (loops,),
         (unused, fixed_positions, still_energies, massless),
+        (jumps,),
     )
     for checks in stages:
         found = [message for check in checks for message in check(system)]
