@@ -9,7 +9,7 @@ import adaptive_runs
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.special import ellipk
+from scipy.special import ellipk, ellipkinc
 from sympy import Eq, Piecewise, Rational, cos, sin, symbols
 
 import qddot
@@ -290,6 +290,19 @@ def test_events_are_found(model_of):
     ended = run(model, (0.0, np.inf), 1e-12, initial=[0.1, 0.0], events=[stop])
     assert ended.status is Status.TERMINATED
     np.testing.assert_allclose(ended.t[-1], period / 4, atol=1e-11)
+
+
+def test_all_of_two_crossings_within_a_step_are_found(model_of):
+    """A level that a swing just passes: twice around every turn, from the elliptic integral of the first kind."""
+    modulus, omega, level = np.sin(0.05), np.sqrt(9.81), 0.0999
+    period = 4 * ellipk(modulus**2) / omega
+    before = period / 4 - ellipkinc(np.arcsin(np.sin(level / 2) / modulus), modulus**2) / omega
+    event = qddot.crossing(model_of("pendulum"), "x", level)
+    found = run(model_of("pendulum"), (0.0, 12.0), 1e-12, initial=[0.1, 0.0], events=[event])
+    turns = period * np.arange(1, 6)
+    expected = np.sort(np.concatenate([[before], turns - before, turns + before]))
+    assert len(found.events.t) == 11
+    np.testing.assert_allclose(found.events.t, expected, atol=1e-9)
 
 
 def test_what_has_no_series_says_so(model_of):
