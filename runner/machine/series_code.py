@@ -37,12 +37,16 @@ _WIDE = 8
 
 @dataclass(frozen=True, eq=False)
 class SeriesCode:
-    """The compiled functions at their addresses, and the memory they take. engine: keeps the code alive."""
+    """The compiled functions at their addresses, and the memory they take.
+
+    sums: how many over lower orders an order takes. engine: keeps the code alive.
+    """
 
     series: int
     polynomial: int
     memory: Memory
     table: Recurrences
+    sums: int
     engine: Any
 
     def fill_factors(self, memory: NDArray[np.float64], constants: NDArray[np.float64]) -> None:
@@ -68,7 +72,7 @@ def series_code(text: str, states: tuple[str, ...], inputs: tuple[str, ...], con
     memory, code = found
     engine = _engine(code)
     series, polynomial = (engine.get_function_address(name) for name in ("series", "polynomial"))
-    return SeriesCode(series, polynomial, memory, table, engine)
+    return SeriesCode(series, polynomial, memory, table, sums, engine)
 
 
 def _machine() -> Any:

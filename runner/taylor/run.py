@@ -89,7 +89,7 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
             "such as dop853"
         )
     rtol, atol = options.tolerances(len(problem.initial_state))
-    order = order_for(options.least_rtol)
+    order = order_for(options.least_rtol, code.sums)
     space, arrays = space_for(problem, code, order, rtol, atol)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), order)
     wanted = wanted_times(options.output_times, problem.t0, problem.t1)

@@ -1,8 +1,9 @@
 """Order and step of a Taylor series: A. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99-117.
 
-With an order p and a step h = rho e^-R, rho the radius of convergence, the first term left out is about e^(-R p) of the
-solution. Their R is 2: the work of an order grows like its square, so p = -ln(tol) / 2 + 1 costs least a unit of time.
-Here most of the work of an order is the same for all, and R = 1.5 costs less.
+With an order p and a step h = rho tol^(1/p), rho the radius of convergence, the first term left out is about tol of the
+solution. p = -ln(tol) / R makes that h = rho e^-R. Their R is 2: the work of an order grows like its number, and then
+this costs least a unit of time. Here most of the work of an order is the same for all, and a smaller R costs less;
+least without sums over lower orders, in linear models, whose solutions converge everywhere: rho then grows with p.
 """
 
 import math
@@ -14,13 +15,13 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
-#: R, and the lowest and highest order.
-RATIO, LOWEST, HIGHEST = 1.5, 5, 30
+#: R without sums over lower orders, and with them; the lowest and the highest order.
+PLAIN, RATIO, LOWEST, HIGHEST = 0.75, 1.5, 5, 30
 
 
-def order_for(rtol: float) -> int:
-    """The order for a relative tolerance."""
-    return min(HIGHEST, max(LOWEST, math.ceil(-math.log(rtol) / RATIO)))
+def order_for(rtol: float, sums: int) -> int:
+    """The order for a relative tolerance and a series with so many sums over lower orders."""
+    return min(HIGHEST, max(LOWEST, math.ceil(-math.log(rtol) / (RATIO if sums else PLAIN))))
 
 
 @compiled(**LEAN)
@@ -61,4 +62,4 @@ def step_size(space, rtol):
             return 0.0
         if found > 0.0:
             radius = min(radius, found ** (-1.0 / k))
-    return radius * np.exp(-RATIO - 0.7 / (order - 1))
+    return radius * np.exp(np.log(rtol) / order - 0.7 / (order - 1))
