@@ -112,7 +112,7 @@ def test_bad_arguments_end_in_one_message(tmp_path, arguments):
 
 
 NEEDED = {
-    **{name: ["name"] for name in ("compare", "run", "identify", "batch", "show", "summary", "plot")},
+    **{name: ["name"] for name in ("compare", "run", "identify", "batch", "show", "summary", "plot", "new")},
     "export": ["name", "--to", "table.csv"],
 }
 
