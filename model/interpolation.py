@@ -97,7 +97,7 @@ def _monotone_slopes(h: Sequence[float], m: Sequence[float]) -> list[float]:
     """Weighted harmonic means of the neighbouring slopes, zero where these have not the same sign."""
     inner = [
         0.0
-        if m[i - 1] * m[i] <= 0
+        if not _same_sign(m[i - 1], m[i])
         else 3 * (h[i - 1] + h[i]) / ((2 * h[i] + h[i - 1]) / m[i - 1] + (h[i] + 2 * h[i - 1]) / m[i])
         for i in range(1, len(h))
     ]
@@ -107,6 +107,11 @@ def _monotone_slopes(h: Sequence[float], m: Sequence[float]) -> list[float]:
 def _monotone_end(h: float, inner: float, m: float, inner_m: float) -> float:
     """The parabola's slope at the end, cut off where it would overshoot."""
     slope = ((2 * h + inner) * m - h * inner_m) / (h + inner)
-    if slope * m <= 0:
+    if not _same_sign(slope, m):
         return 0.0
-    return 3 * m if m * inner_m <= 0 and abs(slope) > 3 * abs(m) else slope
+    return 3 * m if not _same_sign(m, inner_m) and abs(slope) > 3 * abs(m) else slope
+
+
+def _same_sign(one: float, other: float) -> bool:
+    """Whether both are positive or both negative; their product may be too small for a number."""
+    return (one > 0 and other > 0) or (one < 0 and other < 0)
