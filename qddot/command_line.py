@@ -101,6 +101,9 @@ def main() -> None:
     except (ValueError, OSError) as error:
         print(f"error: {_said(error)}", file=sys.stderr)
         status = 2
+    except MemoryError as error:
+        print(f"error: out of memory{f': {error}' if str(error) else ''}", file=sys.stderr)
+        status = 2
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         status = 130

@@ -10,17 +10,20 @@ from numpy.typing import ArrayLike, NDArray
 
 #: Characters of a wrong value that a message shows, and the largest whole number that compiled code takes.
 SHOWN, MOST_WHOLE = 200, 2**63 - 1
+#: How much of two names is alike where one may have been meant for the other, by difflib: Wz and Wk are.
+ALIKE = 0.5
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:
-    """The message for a name that is not among those known: what was found, the nearest one, all of them."""
+    """The message for a name that is not among those known: what was found, one that is like it, all of them."""
     names = list(known)
     text = name if isinstance(name, str) else shown(name)
     if not names:
         return f"unknown {kind} {shown(name)}: there is none"
     lowered = {each.lower(): each for each in reversed(names)}
-    nearest = difflib.get_close_matches(text.lower(), lowered, n=1, cutoff=0.0)[0]
-    return f"unknown {kind} {shown(name)}; did you mean {lowered[nearest]!r}? There are: {_listed(names)}"
+    close = difflib.get_close_matches(text[:SHOWN].lower(), lowered, n=1, cutoff=ALIKE)
+    meant = f"did you mean {lowered[close[0]]!r}? There" if close else "there"
+    return f"unknown {kind} {shown(name)}; {meant} are: {_listed(names)}"
 
 
 def shown(value: object) -> str:

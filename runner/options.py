@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from qddot.runner.checks import flag, numbers, positive, shown, whole
+from qddot.runner.checks import MOST_WHOLE, flag, numbers, positive, shown, whole
 
 #: Of the numerical differentiation formulas.
 MOST_ORDER = 5
+#: Points of one step.
+MOST_REFINE = 1000
 #: Families of methods.
 EVERY_FAMILY = ("fixed", "adaptive", "stiff", "exact", "taylor", "auto")
 SPACED, CONTROLLED = ("fixed", "exact"), ("adaptive", "stiff", "taylor", "auto")
@@ -92,9 +94,9 @@ class Options:
         for name in ("divergence_limit", *(name for name in TIMES if name != "output_times")):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name))
-        for name in ("every", "max_steps", "refine"):
+        for name, most in (("every", MOST_WHOLE), ("max_steps", MOST_WHOLE), ("refine", MOST_REFINE)):
             if getattr(self, name) is not None:
-                whole(name, getattr(self, name))
+                whole(name, getattr(self, name), most=most)
         if self.max_order is not None and not 1 <= whole("max_order", self.max_order) <= MOST_ORDER:
             raise ValueError(f"max_order is {self.max_order!r}, expected an order from 1 to {MOST_ORDER}")
         if self.bdf is not None:

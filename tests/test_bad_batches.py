@@ -115,7 +115,7 @@ BAD = {
     ),
     "unknown sampling": (
         with_sweep('sampling = "lhs"'),
-        "sweep.sampling: unknown sampling 'lhs'; did you mean",
+        "sweep.sampling: unknown sampling 'lhs'; there are: random, latin_hypercube, sobol, halton",
     ),
     "seed below zero": (with_sweep("samples = 5\nseed = -1", SAMPLED), "sweep.seed: -1; expected 0 or more"),
     "ends the wrong way round": (

@@ -37,6 +37,7 @@ CONTROL = {"rtol", "atol", "max_step", "first_step", "max_steps", "refine"}
 TAKEN = {
     **{name: ALL | STEPS for name in ("euler", "heun", "midpoint", "rk4", "exact")},
     **{name: ALL | CONTROL | {"controller"} for name in ("ode23", "ode45", "tsit5", "dop853", "vern7", "rodas5p")},
+    **{name: ALL | CONTROL for name in ("taylor", "auto")},
     "ode15s": ALL | CONTROL | {"max_order", "bdf"},
     **dict.fromkeys(("taylor", "auto"), ALL | CONTROL),
 }
@@ -128,13 +129,13 @@ def test_many_runs_refuse_it_too(model, given, message):
             ["integration.rtol=1e-6"],
             "integration.rtol: method rk4 takes none; it takes step, output_times,",
         ),
-        (STUDY, ["integration.rtol=1e-6"], "leave it out or put it under [integration.adaptive] or choose ode23,"),
+        (STUDY, ["integration.rtol=1e-6"], "leave it out or put it under [integration.adaptive] or choose dop853,"),
         (
             STUDY,
             ["integration.method=tsit5"],
             "line 6: integration.step: method tsit5 takes none; it takes output",
         ),
-        (STUDY, ["integration.method=tsit5"], "leave it out or put it under [integration.fixed] or choose euler, heun"),
+        (STUDY, ["integration.method=tsit5"], "leave it out or put it under [integration.fixed] or choose euler,"),
         (SEVERAL, ["integration.bdf=false"], "integration.bdf: method rk4 takes none"),
         (
             SEVERAL,

@@ -257,7 +257,7 @@ BAD = {
         + '[inputs.z_r]\nkind = "pulse_train"\ntimes = [1]\nduration = 1\nshell_mass = 1\nmuzzle_velocity = 1\n',
         "line 11: inputs.z_r.shell_mass: ammunition gives N s, but the input is in m; give two of peak",
     ),
-    "unknown shape": (SHOT + 'shape = "square"\n', "inputs.F.shape: unknown shape 'square'; did you mean"),
+    "unknown shape": (SHOT + 'shape = "square"\n', "inputs.F.shape: unknown shape 'square'; there are: "),
     "unknown entry": (
         HEAD + '[inputs.F]\nfrom = "gun_30"\ntimes = [1]\n',
         "line 9: inputs.F.from: unknown library entry 'gun_30'; did you mean 'gun_30mm'?",

@@ -159,7 +159,7 @@ def test_a_change_leaves_the_rest_and_the_original_alone():
 @pytest.mark.parametrize(
     ("key", "message"),
     [
-        ("inputs.G.peak", "unknown table 'G'; did you mean 'F'"),
+        ("inputs.G.peak", "unknown table 'G'; there are: F"),
         ("inputs.F.times.2", "inputs.F.times has 2 items, so none at place 2"),
         ("inputs.F.times.first", "inputs.F.times is a list"),
         ("inputs.F.peak.x", "inputs.F.peak is 3.0, which has no 'x' in it"),

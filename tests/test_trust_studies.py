@@ -117,7 +117,7 @@ def test_a_slip_in_an_amount_is_told_with_its_place_in_files_and_settings(tmp_pa
 ATTACKS = {
     "brackets": ("title = " + "[" * 100_000, "no valid TOML: brackets are nested too deeply"),
     "tables in tables": ("title = " + "{a=" * 100_000, "no valid TOML: brackets are nested too deeply"),
-    "a title": (f'title = "{"a" * 10_000_000}"\n' + GOOD, "longer than 1048576 bytes; put long curves into CSV files"),
+    "a title": (f'title = "{"a" * 10_000_000}"\n' + GOOD, "longer than 262144 bytes; put long curves into CSV files"),
     "a shorter title": (
         f'title = "{"a" * 1_000_000}"\n' + GOOD,
         "line 1: title: found 1000000 characters, expected",

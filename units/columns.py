@@ -134,8 +134,8 @@ def _is_row(path: Path, line: int, cells: list[str]) -> bool:
 
 
 def _heading(cell: str) -> tuple[str, str | None]:
-    match = HEADING.match(cell)
-    assert match is not None  # the pattern matches every line
+    match = HEADING.match(" ".join(cell.split()))
+    assert match is not None  # the pattern matches every line, and a cell in quotes may be several
     unit = match["square"] if match["square"] is not None else match["round"]
     return match["name"], unit.strip() if unit is not None else None
 

@@ -48,7 +48,7 @@ def _from_pint(name: str) -> Name:
     registry = pint.get_application_registry()
     meanings = registry.parse_unit_name(name) if len(name) <= 60 and name.isidentifier() else ()
     if not meanings:
-        raise ValueError(f"unknown unit {quoted(name)}; did you mean {_nearest(name, registry)!r}?")
+        raise ValueError(f"unknown unit {quoted(name)}{_hint(name, registry)}")
     prefix, unit, _ = meanings[0]
     if name.endswith("s") and _bare(name[:-1]) and not name.islower():  # to pint, Pas are several Pa
         raise ValueError(f"{quoted(name)} means several things; write {name[:-1]} s, or {name[:-1]}")
@@ -85,17 +85,17 @@ _BASE_NAMES = {
 }
 
 
-def _nearest(name: str, registry: Any) -> str:
-    """What was probably meant: `N m` for Nm, `m^2` for m2, `kg` for kgg."""
+def _hint(name: str, registry: Any) -> str:
+    """What was probably meant: `N m` for Nm, `m^2` for m2, `kg` for kgg; nothing where no unit is like it."""
     from difflib import get_close_matches  # noqa: PLC0415 - for slips alone
 
-    together = _taken_apart(name)
-    if together:
-        return together
+    if together := _taken_apart(name):
+        return f"; did you mean {together!r}?"
     ours = [*TABLE, *(f"{prefix}{unit}" for prefix in ("k", "m", "c", "M") for unit in PREFIXED)]
     known = [*ours, *(each for each in dir(registry) if each.isidentifier() and each not in SEVERAL)]
     lowered = {each.lower(): each for each in reversed(known)}
-    return lowered[get_close_matches(name[:60].lower(), lowered, n=1, cutoff=0.0)[0]]
+    close = get_close_matches(name[:60].lower(), lowered, n=1)
+    return f"; did you mean {lowered[close[0]]!r}?" if close else ""
 
 
 def _taken_apart(name: str) -> str:

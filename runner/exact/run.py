@@ -13,7 +13,7 @@ from qddot.runner import abi
 from qddot.runner.exact.course import begin_run, run_slice
 from qddot.runner.exact.space import SPACE, Arrays, Linear, space_for
 from qddot.runner.frame.log import FAILURES
-from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.output_times import check_points, wanted_times
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.workplace import restorer, run_in_place
 from qddot.runner.inputs.instants import ROUNDING
@@ -100,6 +100,7 @@ def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArra
     if step < 4 * near:
         raise ValueError(f"step is {step}, too small to advance a time as large as {max(abs(t0), abs(t1))}")
     whole = max(1, int(np.ceil((t1 - t0 - near) / step)))
+    check_points(whole)
     outputs = np.array(t0 + step * np.arange(whole + 1), dtype=np.float64)
     even = abs(outputs[-1] - t1) <= near
     outputs[-1] = t1

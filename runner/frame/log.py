@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.frame.events import EventLog, names_of
+from qddot.runner.frame.output_times import check_points
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, record
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
@@ -104,8 +105,12 @@ def log_for(
     events: int = 0,
     room: int | None = None,
 ) -> Log:
-    """A log with the start in it. events: of a step, at most; room: for points, where that is known beforehand."""
+    """A log with the start in it. events: of a step, at most; room: for points, where that is known beforehand.
+
+    Raises ValueError where that is more than there may be.
+    """
     n = len(problem.initial_state)
+    check_points(room or 0)
     room, event_room = FIRST_ROOM + 2 * len(wanted) if room is None else room, 8 + 2 * events
     arrays: dict[str, NDArray[Any]] = {
         "stops": stops,

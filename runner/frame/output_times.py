@@ -9,6 +9,9 @@ from qddot.runner.inputs.instants import ROUNDING, between
 
 Times = NDArray[np.float64]
 
+#: Points that one run may save.
+MOST_POINTS = 100_000_000
+
 
 def check_within(times: Any, t0: float, t1: float) -> None:
     """ValueError naming the first of the output times (n,), None for none, that lies outside the span, either way."""
@@ -24,3 +27,11 @@ def wanted_times(times: Any, t0: float, t1: float) -> Times:
     """The output times strictly within the span from t0 to a later t1; raises as `check_within` does."""
     check_within(times, t0, t1)
     return np.empty(0) if times is None else between(np.asarray(times), float(t0), float(t1))
+
+
+def check_points(count: int) -> None:
+    """ValueError where a run would save more points than there may be."""
+    if count > MOST_POINTS:
+        raise ValueError(
+            f"{count} points are to be saved, expected at most {MOST_POINTS}; give a larger every, or output_times"
+        )

@@ -4,14 +4,13 @@ from typing import Any
 
 from qddot.runner.checks import shown
 from qddot.runner.methods import Method, find_method
-from qddot.runner.options import TABLE, TIMES
+from qddot.runner.options import CONTROLLED, SPACED, TABLE, TIMES
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.schema import Integration
 from qddot.runner.takers import misfit, taken
 
 #: Family of methods -> the table below [integration] that its methods read, too.
-TABLE_OF = {"fixed": "fixed", "exact": "fixed", "adaptive": "adaptive", "stiff": "adaptive"}
-TABLE_OF |= dict.fromkeys(("taylor", "auto"), "adaptive")
+TABLE_OF = dict.fromkeys(SPACED, "fixed") | dict.fromkeys(CONTROLLED, "adaptive")
 
 
 def integration_arguments(given: Integration, amounts: Amounts) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 #: The longest file, in bytes: long curves belong into CSV files.
-LONGEST_FILE = 2**20
+LONGEST_FILE = 2**18
 #: Parts of a dotted key: more take tomllib quadratic time, and lead to tables that nothing can print.
 MOST_PARTS = 16
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
