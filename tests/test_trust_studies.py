@@ -116,14 +116,14 @@ def test_a_slip_in_an_amount_is_told_with_its_place_in_files_and_settings(tmp_pa
 
 ATTACKS = {
     "brackets": ("title = " + "[" * 100_000, "no valid TOML: brackets are nested too deeply"),
-    "tables in tables": ("title = " + "{a=" * 100_000, "no valid TOML: brackets are nested too deeply"),
+    "tables in tables": ("title = " + "{a=" * 80_000, "no valid TOML: brackets are nested too deeply"),
     "a title": (f'title = "{"a" * 10_000_000}"\n' + GOOD, "longer than 262144 bytes; put long curves into CSV files"),
     "a shorter title": (
-        f'title = "{"a" * 1_000_000}"\n' + GOOD,
-        "line 1: title: found 1000000 characters, expected",
+        f'title = "{"a" * 200_000}"\n' + GOOD,
+        "line 1: title: found 200000 characters, expected",
     ),
     "a dotted key": ("a" + ".a" * 100_000 + " = 1\n" + GOOD, "no valid TOML: a key of more than 16 parts (at line 1)"),
-    "a dotted header": (GOOD + "[a" + " . 'a'" * 100_000 + "]\n", "a key of more than 16 parts (at line 16)"),
+    "a dotted header": (GOOD + "[a" + " . 'a'" * 40_000 + "]\n", "a key of more than 16 parts (at line 16)"),
     "a whole number": (slip(GOOD, "250", "9" * 5000), "no valid TOML: Exceeds the limit"),
     "a hexadecimal number": (slip(GOOD, "250", "0x" + "f" * 100_000), "parameters.m_s"),
     "a long name": (slip(GOOD, "m_s = 250", "a" * 100_000 + " = 1"), "unknown parameter 'aaaa"),

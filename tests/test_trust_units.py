@@ -53,7 +53,7 @@ SLIPS = {
     "5 kgg": "unknown unit 'kgg'; did you mean 'kg'?",
     "5 Pas": "write Pa s, or Pa",
     "5 m2": "unknown unit 'm2'; did you mean 'm^2'?",
-    "5 potatoes": "unknown unit 'potatoes'; did you mean",
+    "5 potatoes": "unknown unit 'potatoes'; expected units such as kg, m, s",
     "500 Nm": "write N m for newton metres",
     "1 ton": "write t (1000 kg), short_ton or long_ton",
     "1 kton": "write t (1000 kg), short_ton or long_ton",
@@ -347,7 +347,7 @@ def test_units_of_models_are_checked():
     assert system().name == "spring"
     for given_units, message in {
         ("mass", "kgg"): "the unit of m is 'kgg': unknown unit 'kgg'; did you mean 'kg'",
-        ("place", "potatoes"): "the unit of x is 'potatoes': unknown unit 'potatoes'; did you mean",
+        ("place", "potatoes"): "the unit of x is 'potatoes': unknown unit 'potatoes'; expected units",
         ("stiffness", "N/m2"): "the unit of k is 'N/m2': unknown unit 'm2'; did you mean 'm\\^2'",
         ("stiffness", "1,5 N/m"): "the unit of k is '1,5 N/m': ",
         ("force", "ton"): "the unit of F is 'ton': 'ton' means several things; write t",

@@ -86,7 +86,7 @@ _BASE_NAMES = {
 
 
 def _hint(name: str, registry: Any) -> str:
-    """What was probably meant: `N m` for Nm, `m^2` for m2, `kg` for kgg; nothing where no unit is like it."""
+    """What was probably meant: `N m` for Nm, `m^2` for m2, `kg` for kgg; some that there are where none is like it."""
     from difflib import get_close_matches  # noqa: PLC0415 - for slips alone
 
     if together := _taken_apart(name):
@@ -95,7 +95,7 @@ def _hint(name: str, registry: Any) -> str:
     known = [*ours, *(each for each in dir(registry) if each.isidentifier() and each not in SEVERAL)]
     lowered = {each.lower(): each for each in reversed(known)}
     close = get_close_matches(name[:60].lower(), lowered, n=1)
-    return f"; did you mean {lowered[close[0]]!r}?" if close else ""
+    return f"; did you mean {lowered[close[0]]!r}?" if close else "; expected units such as kg, m, s, N, rad"
 
 
 def _taken_apart(name: str) -> str:
