@@ -14,6 +14,7 @@ from qddot.codegen.recurrences_squares import squares
 from qddot.codegen.rewrite import Names
 
 Matrix = dict[tuple[int, int], Any]
+Write = tuple[Slot, Any]
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Draft:
     """Temporaries and writes of a kernel; temporaries may be more than it needs."""
 
     temporaries: tuple[Assignment, ...]
-    writes: tuple[tuple[Slot, Any], ...]
+    writes: tuple[Write, ...]
 
 
 class Drafts:
@@ -49,7 +50,7 @@ class Drafts:
     def rhs(self) -> Draft:
         """Dx = [qdot, M^-1 f, zdot]."""
         derivatives = (*self._equations.velocities, *self._accelerations, *self._equations.state_rates)
-        return Draft((*self._moving, *self._solution), _vector("derivative", derivatives))
+        return Draft((*self._moving, *self._solution), vector_writes("derivative", derivatives))
 
     def balance(self) -> Draft | None:
         """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; and rates of states.
@@ -59,16 +60,18 @@ class Drafts:
         equations = self._equations
         if self._fixed_mass:
             return None
-        weights, rates = squares(equations), _vector("rate", equations.state_rates)
+        weights, rates = squares(equations), vector_writes("rate", equations.state_rates)
         if weights is None:
-            return Draft(self._moving, (*_vector("force", equations.forces), *_matrix(equations.mass), *rates))
+            return Draft(
+                self._moving, (*vector_writes("force", equations.forces), *matrix_writes(equations.mass), *rates)
+            )
         places = list(weights)
         rows = zip(equations.applied, equations.dissipative, equations.conservative, strict=True)
         entries = {
             (a, b): weights[place].get(places[b], se.Integer(0)) for a, place in enumerate(places) for b in range(a + 1)
         }
-        forces = _vector("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
-        turning = _vector("turning", [g for _, g in places])
+        forces = vector_writes("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
+        turning = vector_writes("turning", [g for _, g in places])
         weighing = ((Slot("weight", place), value) for place, value in entries.items())
         return Draft(self._moving, (*forces, *turning, *weighing, *rates))
 
@@ -95,7 +98,7 @@ class Drafts:
 
     def positions(self) -> Draft:
         """Where the inputs that have a position act; read from the parameters, once a run."""
-        return Draft(self.parameter_assignments, _vector("values", self._equations.positions.values()))
+        return Draft(self.parameter_assignments, vector_writes("values", self._equations.positions.values()))
 
     @cached_property
     def _definitions(self) -> list[Assignment]:
@@ -148,19 +151,19 @@ class Drafts:
     def _jacobian(self) -> Draft:
         steps, entries = self._state_slopes
         velocities: Matrix = {(k, self._n + k): se.Integer(1) for k in range(self._n)}
-        return Draft((*self._moving, *self._solution, *steps), _matrix(velocities | self._below(entries)))
+        return Draft((*self._moving, *self._solution, *steps), matrix_writes(velocities | self._below(entries)))
 
     def _input_jacobian(self) -> Draft:
         """Its columns: all inputs, then the rates of all."""
         steps, entries = self._input_slopes
-        return Draft((*self._moving, *self._solution, *steps), _matrix(self._below(entries)))
+        return Draft((*self._moving, *self._solution, *steps), matrix_writes(self._below(entries)))
 
     def _below(self, entries: Matrix) -> Matrix:
         """Entries of d [qddot, zdot] / d something in the rows of dx = [qdot, qddot, zdot]."""
         return {(self._n + row, column): value for (row, column), value in entries.items()}
 
     def _mass(self) -> Draft:
-        return Draft(self._moving, _matrix(self._equations.mass))
+        return Draft(self._moving, matrix_writes(self._equations.mass))
 
     def _energy(self) -> Draft:
         equations = self._equations
@@ -171,16 +174,18 @@ class Drafts:
         return self._values(self._equations.outputs)
 
     def _values(self, values: Iterable[Any]) -> Draft:
-        return Draft((*self._moving, *self._solution), _vector("values", values))
+        return Draft((*self._moving, *self._solution), vector_writes("values", values))
 
 
 def _sparse(values: Iterable[Any]) -> dict[int, Any]:
     return {index: value for index, value in enumerate(values) if value != 0}
 
 
-def _vector(argument: str, values: Iterable[Any]) -> tuple[tuple[Slot, Any], ...]:
+def vector_writes(argument: str, values: Iterable[Any]) -> tuple[Write, ...]:
+    """What fills a vector."""
     return tuple((Slot(argument, (index,)), value) for index, value in enumerate(values))
 
 
-def _matrix(entries: Mapping[tuple[int, int], Any]) -> tuple[tuple[Slot, Any], ...]:
-    return tuple((Slot("matrix", index), entries[index]) for index in sorted(entries))
+def matrix_writes(entries: Mapping[tuple[int, int], Any], argument: str = "matrix") -> tuple[Write, ...]:
+    """What fills these entries of a matrix, row by row."""
+    return tuple((Slot(argument, index), entries[index]) for index in sorted(entries))

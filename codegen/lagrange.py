@@ -11,6 +11,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.calculus import Definitions, Vector, by, dot
+from qddot.codegen.constrained import Constraints, derive_constraints
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.motion import Motion
 from qddot.model.system import ModelError, System
@@ -25,7 +26,8 @@ class Equations:
     (dPhi/dqdot), applied (Q); forces f = applied - dissipative - conservative - gyroscopic.
     states: the internal ones; state_rates: the names of their derivatives, which are among the definitions.
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
-    positions: name of an input that has a position -> its position.
+    positions: name of an input that has a position -> its position. constraints: what they say; M qddot + G' lambda = f
+    where there are any.
     """
 
     system: System
@@ -51,6 +53,13 @@ class Equations:
     input_power: Any
     outputs: Vector
     positions: Mapping[str, Any]
+    constraints: Constraints
+
+    @property
+    def solution(self) -> frozenset[Any]:
+        """The symbols of what the equations are solved for: accelerations, multipliers and reactions."""
+        found = self.constraints
+        return frozenset((*self.accelerations, *found.multipliers, *found.reactions.values()))
 
     @property
     def state(self) -> Vector:
@@ -101,6 +110,7 @@ def derive(system: System) -> Equations:
     mass = motion.mass(momenta)
     rest = motion.unnatural(kinetic, potential, momenta, mass)
     dissipative = by(definitions.gradient(dissipation, v), v)
+    constraints = derive_constraints(system, motion) if system.constraints else Constraints()
     return Equations(
         system=system,
         definitions=definitions,
@@ -122,9 +132,11 @@ def derive(system: System) -> Equations:
         dissipative=dissipative,
         applied=applied,
         dissipated_power=dot(v, dissipative),
-        input_power=motion.input_power(kinetic, potential, rest, applied, system),
+        input_power=motion.input_power(kinetic, potential, rest, applied, system)
+        + dot(constraints.multipliers, constraints.driving),
         outputs=tuple(convert(o.expression) for o in system.output_expressions),
         positions=_positions(system),
+        constraints=constraints,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from qddot.codegen.constants import hoist
+from qddot.codegen.constrained_drafts import COLUMNS, ConstrainedDrafts, refuse_size, solving_names
 from qddot.codegen.drafts import Draft, Drafts
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
@@ -38,11 +39,19 @@ class Program:
 
     def pattern(self, name: str) -> tuple[tuple[int, ...], ...]:
         """Of each row of a kernel's matrix the columns of its entries."""
-        symbols = self.equations.coordinates if name == "mass" else self.equations.state
-        rows: list[list[int]] = [[] for _ in symbols]
-        for slot, _ in self.kernels[name].writes:
-            rows[slot.index[0]].append(slot.index[1])
+        n, writes, held = len(self.equations.coordinates), self.kernels[name].writes, self.equations.constraints
+        heights = {"mass": n, "constraints": n + len(held), "tangent": held.n_positions + len(held)}
+        rows: list[list[int]] = [[] for _ in range(heights.get(name, len(self.equations.state)))]
+        for slot, _ in writes:
+            if slot.argument == "matrix":
+                rows[slot.index[0]].append(slot.index[1])
+        if any(slot.argument in COLUMNS for slot, _ in writes):
+            rows[n : 2 * n] = [list(range(self.width(name)))] * n
         return tuple(map(tuple, rows))
+
+    def width(self, name: str) -> int:
+        """How many columns a Jacobian has."""
+        return self.rhs_channels if name == "input_jacobian" else len(self.equations.state)
 
 
 def lower(equations: Equations) -> Program:
@@ -51,6 +60,7 @@ def lower(equations: Equations) -> Program:
     Raises ModelError where a symbol has a name that the generated functions use themselves.
     """
     _refuse_names(equations)
+    refuse_size(equations)
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
     balance = lowering.balance()
@@ -68,7 +78,8 @@ def lower_rhs(equations: Equations) -> Kernel:
 
 def _refuse_names(equations: Equations) -> None:
     for role, symbol in declared(equations.system):
-        if str(symbol) in reserved() | (taken() if role == "table" else frozenset()):
+        solving = solving_names() if equations.constraints else frozenset()
+        if str(symbol) in reserved() | solving | (taken() if role == "table" else frozenset()):
             raise ModelError(
                 f"model {equations.system.name}: {role} {str(symbol)!r} would shadow a name that the generated kernels "
                 "use themselves; choose another name"
@@ -85,10 +96,11 @@ class _Lowering:
         base = (*equations.parameters, *equations.state, *equations.inputs, *equations.rates, equations.time)
         self.author = frozenset(equations.definitions.expressions)
         tables = (name for table in equations.system.tables for name in table.names)
-        self.names = Names([*reserved(), *base, *self.author, *tables])
-        self.drafts = Drafts(equations, self.names)
+        solution = (*equations.solution, *solving_names()) if equations.constraints else ()
+        self.names = Names([*reserved(), *base, *self.author, *tables, *solution])
+        self.drafts = ConstrainedDrafts(equations) if equations.constraints else Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
-        self.reads: frozenset[Any] = frozenset(base)
+        self.reads: frozenset[Any] = frozenset(base) | (equations.solution if equations.constraints else frozenset())
         self.assignments: tuple[Assignment, ...] = ()
         self._assign(self.drafts.parameter_assignments)
 
@@ -183,7 +195,8 @@ def _placed(name: str, kernel: Kernel, equations: Equations, channels: tuple[Any
     columns = {before.index(symbol): column for column, symbol in enumerate(channels)}
     if name not in MATRICES:
         return kernel
-    writes = [(slot.index, value) for slot, value in kernel.writes if value != 0]
+    placed = [(slot, value) for slot, value in kernel.writes if slot.argument in ("matrix", *COLUMNS) and value != 0]
     if name == "input_jacobian":
-        writes = [((row, columns[column]), value) for (row, column), value in writes]
-    return kernel.replace(kernel.temporaries, [(Slot("matrix", index), value) for index, value in sorted(writes)])
+        placed = [(Slot(slot.argument, (slot.index[0], columns[slot.index[1]])), value) for slot, value in placed]
+    others = [(slot, value) for slot, value in kernel.writes if slot.argument not in ("matrix", *COLUMNS)]
+    return kernel.replace(kernel.temporaries, [*others, *sorted(placed, key=lambda write: write[0].index)])

@@ -40,7 +40,7 @@ class Motion:
     def gyroscopic(self, momenta: Vector, kinetic: Any) -> Vector:
         """What is left of d/dt(dL/dqdot) - dT/dq beside M qddot."""
         slopes = by(self.definitions.gradient(kinetic, self.q), self.q)
-        return tuple(self._drift(p) - slope for p, slope in zip(momenta, slopes, strict=True))
+        return tuple(self.drift(p) - slope for p, slope in zip(momenta, slopes, strict=True))
 
     def christoffel(self, mass: Mapping[tuple[int, int], Any]) -> Vector:
         """The same where L is natural, from the derivatives of M; what cancels is never written down.
@@ -61,7 +61,7 @@ class Motion:
                     rows[row[s]].append(-share * slope * self.v[k] * self.v[j])
         return tuple(se.Add(*found) for found in rows)
 
-    def _drift(self, expression: Any) -> Any:
+    def drift(self, expression: Any) -> Any:
         """d/dt at fixed velocities."""
         speeds = dict(zip(self.q, self.v, strict=True)) | dict(self.clock)
         gradient = self.definitions.gradient(expression, speeds)
@@ -83,7 +83,7 @@ class Motion:
             return power
         accelerations = [symbol(coordinate.acceleration) for coordinate in system.coordinates]
         slopes = by(self.definitions.gradient(rest, self.v), self.v)
-        return se.Add(power, self._drift(rest), dot(accelerations, slopes))
+        return se.Add(power, self.drift(rest), dot(accelerations, slopes))
 
     def unnatural(self, kinetic: Any, potential: Any, momenta: Vector, mass: Mapping[Any, Any]) -> Any:
         """Give 2 T - qdot . dL/dqdot, or 0 where T is a homogeneous quadratic form of qdot and Pi has none."""

@@ -19,6 +19,8 @@ def recurrences(
 
     kernels: `rhs`, and `balance` where the mass matrix moves.
     """
+    if equations.constraints:
+        return (), "motion under constraints"
     kernel = kernels.get("balance", kernels["rhs"])
     taken = (*equations.state, *equations.accelerations, *equations.inputs)
     names = Names(map(str, (*taken, *equations.rates, equations.time, *constants, *(s for s, _ in kernel.temporaries))))

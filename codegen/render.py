@@ -7,6 +7,8 @@ from typing import Any
 
 import sympy
 
+from qddot.codegen.constrained import in_order
+from qddot.codegen.constrained_drafts import COLUMNS, SYSTEM, calls, runtime_names, solution_slots
 from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lookup import lookups
@@ -15,6 +17,7 @@ from qddot.codegen.printer import Printer
 from qddot.codegen.ranges import compressed, kind
 from qddot.codegen.recurrences_motion import recurrences
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
+from qddot.model.constraints import Constraint
 
 #: Characters of a line within a function.
 _ROOM = 116
@@ -29,6 +32,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
     functions = [_function(program, name, program.kernels[name]) for name in HEADS if name in program.kernels]
     rows, missing = recurrences(equations, program.kernels, program.constants)
     body = "\n".join(line for function in functions for paragraph in function.paragraphs for line in paragraph)
+    constraints = in_order(equations.system)
     return (
         environment("python")
         .get_template("kernels.py.jinja")
@@ -51,12 +55,15 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             },
             constants=compressed([str(symbol) for symbol in program.constants[len(equations.parameters) :]]),
             coordinates=len(equations.coordinates),
-            patterns={name: program.pattern(name) for name in MATRICES},
+            patterns={name: program.pattern(name) for name in MATRICES if name in program.kernels},
             linear=program.linear,
             recurrences=[fill(row, 116, subsequent_indent="    ", break_long_words=False) for row in rows],
             without_recurrence=missing,
             mass_matrix=equations.mass_matrix,
             uses_math="math." in body,
+            constraints=[(str(c.symbol), isinstance(c, Constraint), c.unit, c.meaning) for c in constraints],
+            projected=equations.system.baumgarte is None,
+            solving=runtime_names(body) if constraints else (),
             functions=functions,
             lookups=lookups(program),
         )
@@ -81,6 +88,8 @@ def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
 
 def _function(program: Program, name: str, kernel: Kernel) -> Function:
     printer = Printer(rank(program, kernel))
+    if any(slot.argument == "mass_matrix" for slot, _ in kernel.writes):
+        return function(name, _solving(program, name, kernel, printer))
     copied = len(program.equations.parameters) if name == "constants" else 0
     writes = list(enumerate(kernel.writes))[copied:]
     target = HEADS[name][0][-1]
@@ -96,6 +105,38 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
 def _place(slot: Slot) -> str:
     """What says of an entry of a matrix where it stands."""
     return f"  # [{', '.join(map(str, slot.index))}]" if len(slot.index) > 1 else ""
+
+
+def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> Iterable[tuple[str, ...]]:
+    """The paragraphs of a kernel that solves for accelerations: what it needs for that, the call, and what follows."""
+    equations = program.equations
+    solved = solution_slots(name, equations)
+    reached, before, after = set(solved), list[str](), list[str]()
+    for symbol, expression in kernel.temporaries:
+        later = bool(expression.free_symbols & reached)
+        reached |= {symbol} if later else set()
+        (after if later else before).append(f"{symbol} = {printer(expression)}")
+    filled = [(slot, e) for slot, e in kernel.writes if slot.argument in SYSTEM and e != 0]
+    columns = [(slot, e) for slot, e in kernel.writes if slot.argument in COLUMNS and e != 0]
+    others = [(slot, e) for slot, e in kernel.writes if slot.argument not in (*SYSTEM, *COLUMNS)]
+    reports = bool(kernel.used & solved.keys() - set(equations.accelerations))
+    sizes = len(equations.coordinates), len(equations.constraints), program.width(name)
+    called = calls(name, *sizes, reports=reports)
+    behind = 2 * sizes[0]  # rows of matrices behind those that are solved for
+    solved_for = sizes[0] * sizes[2] if columns else 0
+    places = [
+        (k + solved_for * (bool(columns) and slot.index[0] >= behind), (slot, e)) for k, (slot, e) in enumerate(others)
+    ]
+    yield _unpacked(program, name, kernel)
+    yield tuple(before)
+    yield called.made + tuple(f"{slot} = {printer(expression)}" for slot, expression in filled) + called.solved
+    yield tuple(f"{symbol} = {slot}" for symbol, slot in solved.items() if symbol in kernel.used)
+    yield tuple(after)
+    yield (
+        *(f"{slot} = {printer(expression)}" for slot, expression in columns),
+        *(f"{HEADS[name][0][-1]}[{k}] = {printer(e)}{_place(slot)}" for k, (slot, e) in places),
+        *called.last,
+    )
 
 
 def _unpacked(program: Program, name: str, kernel: Kernel) -> tuple[str, ...]:
@@ -126,7 +167,8 @@ def rank(program: Program, kernel: Kernel) -> dict[Any, int]:
     equations = program.equations
     moving = (*equations.state, equations.time)
     assigned = tuple(symbol for symbol, _ in kernel.temporaries)
-    order = (*moving, *assigned, *program.channels, *equations.parameters, *program.constants)
+    solution = (*equations.accelerations, *equations.constraints.multipliers) if equations.constraints else ()
+    order = (*moving, *solution, *assigned, *program.channels, *equations.parameters, *program.constants)
     rank: dict[Any, int] = {}
     for symbol in order:
         rank.setdefault(symbol, len(rank))

@@ -32,11 +32,19 @@ HEADS = {
         "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
     ),
     "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
+    "constraints": (
+        ("t", "state", "inputs", "constants", "values"),
+        "M and below it G, beside that residuals of positions and velocities, at the places in CONSTRAINTS.",
+    ),
+    "tangent": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Derivative by the state of the residuals of positions, then of velocities, at the places in TANGENT.",
+    ),
     "positions": (("parameters", "values"), "Positions of the inputs in POSITION, m ahead of the model's origin."),
 }
 
 #: Those that write the entries of a matrix, at places that the module declares.
-MATRICES = ("jacobian", "input_jacobian", "mass")
+MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent")
 
 #: What the functions of a model with internal states say of themselves.
 WITH_STATES = {
@@ -98,7 +106,7 @@ def _bare_module() -> str:
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
     single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
-    tables = dict.fromkeys(rows, ())
+    tables = dict.fromkeys((*rows, "constraints", "solving"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": dict.fromkeys(MATRICES, ())}
     return (
         environment("python")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Symbol, sympify
 
+from qddot.model.constraints import problems_of_constraints, reaction_symbol, reactions
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
 from qddot.model.jumps import jumps
 from qddot.model.naming import LONGEST, name_problem, t
@@ -28,7 +29,8 @@ def problems(system: "System") -> list[str]:
         (_names, _texts, _numbers),
         (_expressions, order, _vocabulary),
         (loops,),
-        (unused, fixed_positions, still_energies, massless),
+        (unused, fixed_positions, still_energies, problems_of_constraints),
+        (reactions, massless),
         (jumps,),
     )
     for checks in stages:
@@ -118,13 +120,16 @@ def _expressions(system: "System") -> Iterator[str]:
         if symbol not in coordinates:
             names = {coordinate.name for coordinate in coordinates}
             yield f"a generalized force is given for {symbol}, which is no coordinate{nearest(str(symbol), names)}"
-    accelerations = {coordinate.acceleration for coordinate in system.coordinates}
+    solved = {symbol: role for role, symbol in declared(system) if role in ("acceleration", "multiplier")}
     results = {symbol for role, symbol in declared(system) if role == "output"}
     known = {t} | {symbol for _, symbol in declared(system)} - results
     for place, expression in expressions(system):
         yield from _unknown_symbols(place, expression, known)
-        for symbol in sorted(symbols(expression) & accelerations, key=str):
-            yield f"{place} uses {symbol}, an acceleration, which is not known yet there: outputs may use it"
+        for symbol in sorted(symbols(expression) & solved.keys(), key=str):
+            what = "an acceleration" if solved[symbol] == "acceleration" else "a multiplier"
+            yield f"{place} uses {symbol}, {what}, which is not known yet there: outputs may use it"
+    if system.constraints:
+        known |= {reaction_symbol(coordinate) for coordinate in system.coordinates}
     for output in system.outputs:
         yield from _unknown_symbols(f"output {output.symbol}", output.expression, known)
 

@@ -20,6 +20,7 @@ HELD = {
     "quantities": ("Quantity",),
     "outputs": ("Output", "Quantity"),
     "states": ("State",),
+    "constraints": ("Constraint", "Rolling"),
 }
 
 
@@ -42,6 +43,7 @@ def declared(system: "System") -> Iterator[Named]:
             yield "quantity rate", quantity.rate
     for table in tables(system):
         yield from (("table", Symbol(name)) for name in table.names)
+    yield from (("multiplier", constraint.symbol) for constraint in system.constraints)
     quantities = set(system.quantities)
     yield from (("output", output.symbol) for output in system.outputs if output not in quantities)
 
@@ -53,6 +55,8 @@ def expressions(system: "System") -> Iterator[tuple[str, Any]]:
         yield f"generalized force of {symbol}", force
     yield from ((f"quantity {quantity.symbol}", quantity.expression) for quantity in system.quantities)
     yield from ((f"rate of {state.symbol}", state.derivative) for state in system.states)
+    yield from ((f"constraint {constraint.symbol}", constraint.expression) for constraint in system.constraints)
+    yield from (("baumgarte", value) for value in system.baumgarte or ())
     yield from positions(system)
 
 

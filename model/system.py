@@ -11,6 +11,7 @@ from sympy import Expr, Integer, Symbol, sympify
 
 from qddot.model.assumptions import plain, unkept
 from qddot.model.check import problems
+from qddot.model.constraints import Constraint, Rolling, constrained, reaction_symbol, reaction_unit
 from qddot.model.contents import tables
 from qddot.model.definitions import as_expression, definitions, in_order
 from qddot.model.naming import LONGEST, dotted, t
@@ -131,6 +132,11 @@ class System:
     Symbols are real. They may be declared so (`Symbol("x", real=True)`), a parameter also as what its values are
     (positive=True); the system holds plain symbols of the same names.
 
+    constraints: what holds the coordinates to each other; M qddot + G' lambda = f then. The multipliers are outputs by
+    name, and so are the reactions, the generalized forces -G' lambda (reaction_x on x). The state is kept on the
+    constraints after each step; or, with baumgarte = (alpha, beta) in parameters, f'' + 2 alpha f' + beta^2 f = 0 takes
+    the place of f'' = 0 and nothing else keeps it there (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1-16).
+
     outputs: `Output`s, and quantities to be computed as outputs under their own names.
     parameter_sets: name -> {parameter symbol: value}, what differs from the defaults.
 
@@ -150,12 +156,16 @@ class System:
     outputs: Sequence[Output | Quantity] = ()
     parameter_sets: Mapping[str, Mapping[Symbol, float]] = field(default_factory=dict)
     states: Sequence[State] = ()
+    constraints: Sequence[Constraint | Rolling] = ()
+    baumgarte: Sequence[Expr] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs"):
+        for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs", "constraints"):
             object.__setattr__(self, name, _tuple(getattr(self, name)))
         for name in ("kinetic_energy", "potential_energy", "dissipation"):
             object.__setattr__(self, name, as_expression(getattr(self, name)))
+        if self.baumgarte is not None:
+            object.__setattr__(self, "baumgarte", tuple(map(as_expression, _tuple(self.baumgarte))))
         self._refuse(unkept(self))
         for each in fields(self):
             object.__setattr__(self, each.name, plain(getattr(self, each.name)))
@@ -171,11 +181,19 @@ class System:
 
     @cached_property
     def output_expressions(self) -> tuple[Output, ...]:
-        """Outputs in order; a quantity as an output stands for itself."""
-        return tuple(
+        """Outputs in order, then multipliers and reactions; a quantity as an output stands for itself."""
+        given = (
             Output(item.symbol, item.symbol, item.unit, item.meaning) if isinstance(item, Quantity) else item
             for item in self.outputs
         )
+        multipliers = (Output(c.symbol, c.symbol, c.unit, c.meaning) for c in self.constraints)
+        reactions = (
+            Output(
+                reaction_symbol(c), reaction_symbol(c), reaction_unit(c), f"force of the constraints on: {c.meaning}"
+            )
+            for c in constrained(self)
+        )
+        return (*given, *multipliers, *reactions)
 
     @cached_property
     def definitions(self) -> dict[Symbol, Expr]:

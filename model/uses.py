@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from sympy import Symbol, sympify
 
+from qddot.model.constraints import moving_part
 from qddot.model.contents import energies, expressions, outputs, positions, reached, symbols
 from qddot.model.definitions import LoopError
 from qddot.model.inertia import inertia
@@ -105,25 +106,29 @@ def unread(system: "System") -> Iterator["State"]:
 
 def massless(system: "System") -> Iterator[str]:
     """Coordinates, and motions, without kinetic energy."""
-    used = reached(system, system.kinetic_energy)
+    kinetic_energy = system.kinetic_energy
+    for constraint in system.constraints:  # M + G' G is regular where M is on what the constraints allow
+        kinetic_energy += moving_part(system, constraint) ** 2
+    used = reached(system, kinetic_energy)
     velocities = [coordinate.rate for coordinate in system.coordinates]
-    if not used.intersection(velocities):
+    if not reached(system, system.kinetic_energy).intersection(velocities):
         yield f"the kinetic energy depends on no velocity ({', '.join(sorted(map(str, velocities)))})"
         return
     missing = [coordinate for coordinate in system.coordinates if coordinate.rate not in used]
     for coordinate in missing:
         yield (
             f"coordinate {coordinate.symbol} has no inertia: the kinetic energy does not depend on {coordinate.rate}, "
-            "so the mass matrix is singular"
+            f"{'and no constraint acts on it, ' if system.constraints else ''}so the mass matrix is singular"
         )
     if missing:
         return
     defaults = {parameter.symbol: float(parameter.default) for parameter in system.parameters}
     quantities = {symbol: expression for symbol, expression in system.definitions.items() if symbol in used}
-    found = inertia(sympify(system.kinetic_energy), velocities, quantities, defaults)
+    found = inertia(sympify(kinetic_energy), velocities, quantities, defaults)
     if found.massless:
         names = ", ".join(str(system.coordinates[k].symbol) for k in found.massless)
         together = " together" if len(found.massless) > 1 else ""
+        together += ", which the constraints allow," if system.constraints else ""
         what = "the mass matrix is singular" if found.singular else "the kinetic energy is not positive"
         yield f"{what}: a motion of {names}{together} has no kinetic energy"
     elif not found.is_known:

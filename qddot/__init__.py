@@ -15,13 +15,13 @@ Contents
                Options: of an integration; crossing -> Event
                methods: all integration methods by name
     many runs  simulate_batch -> Batch; per_run: an input that differs from run to run
-    analysis   equilibrium, modes
+    analysis   equilibrium, modes; assemble: a state that fulfils the constraints of a model
                reading: a number of a run, such as its greatest value; metric: the same numbers as of a batch
     studies    read_study -> Study, run as it stands or with some of it exchanged; run_study, run_batch, open_batch
                toml: TOML files of one's own, read as strictly as studies
     results    report: a progress bar, tables, an HTML page, PDF; drawing: figures
     failures   ModelError, LoadError, StudyError, StoreError: given wrongly; IntegrationError, EquilibriumError,
-               ModesError
+               AssemblyError, ModesError
 
 Everything is imported when it is first used, so that `qddot --help` costs nothing.
 """
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from qddot import drawing, report, road, signal, toml
     from qddot.codegen.generate import generate
     from qddot.model.system import ModelError
+    from qddot.runner.assembly import AssemblyError, assemble
     from qddot.runner.batch.grid import open_batch
     from qddot.runner.batch.run import run_batch
     from qddot.runner.batch.store import StoreError
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "AssemblyError",
     "Batch",
     "EquilibriumError",
     "Event",
@@ -73,6 +75,7 @@ __all__ = [
     "StoreError",
     "Study",
     "StudyError",
+    "assemble",
     "crossing",
     "drawing",
     "drive",
@@ -100,6 +103,7 @@ __all__ = [
 
 #: The module of each public name: what the imports above say to a type checker.
 _HOMES = {
+    "AssemblyError": "qddot.runner.assembly",
     "Batch": "qddot.runner.lanes.batch",
     "EquilibriumError": "qddot.runner.equilibrium",
     "Event": "qddot.runner.frame.events",
@@ -115,6 +119,7 @@ _HOMES = {
     "StoreError": "qddot.runner.batch.store",
     "Study": "qddot.runner.study.ready",
     "StudyError": "qddot.runner.study.read",
+    "assemble": "qddot.runner.assembly",
     "crossing": "qddot.runner.simulate",
     "drive": "qddot.runner.inputs.drive",
     "equilibrium": "qddot.runner.equilibrium",

@@ -11,6 +11,10 @@ these once per run. Every kernel writes all of its last argument and allocates n
     mass(t, x, u, c, v)             v: entries of M           (COORDINATES, COORDINATES), lower triangle
     energy(t, x, u, c, E)           E (4,)  kinetic, potential, dissipated power, power put in
     outputs(t, x, u, c, y)          y (n_outputs,)
+    constraints(t, x, u, c, v)      v: entries of R (n + m, n + 2) for n coordinates and m constraints: lower triangle
+                                    of M, below it G, and beside that the residuals of positions and of velocities
+    tangent(t, x, u, c, v)          v: entries of the derivative by x of the residuals of positions, and then of those
+                                    of velocities (m_positions + m, n_states)
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
 
 A matrix is written as a dense run of its entries, row by row; the module says once where they stand, in a table of the
@@ -47,10 +51,13 @@ SIGNATURES = {
     "mass": VECTOR_KERNEL,
     "energy": VECTOR_KERNEL,
     "outputs": VECTOR_KERNEL,
+    "constraints": VECTOR_KERNEL,
+    "tangent": VECTOR_KERNEL,
     "positions": types.void(VECTOR, VECTOR),
 }
-#: Kernels that write the entries of a matrix.
-MATRICES = ("jacobian", "input_jacobian", "mass")
+#: Kernels that write the entries of a matrix; the last two of models with constraints alone.
+MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent")
+CONSTRAINED = ("constraints", "tangent")
 #: The edition of this convention, which a module says that it follows.
 EDITION = 2
 

@@ -17,6 +17,7 @@ from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.load import Model, Parameters, as_model
+from qddot.runner.manifold import Manifold
 
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -54,7 +55,7 @@ def equilibrium(
 
     All accelerations vanish there, and the rates of internal states z. An internal state that rests wherever it is, as
     that of a hysteresis does, keeps the value of the guess. Where internal states make a whole family of static states,
-    the guess itself is the one if it is of the family.
+    the guess itself is the one if it is of the family. Constraints are fulfilled.
 
     guess: where the search starts, coordinates and internal states by name or a state (n_states,) whose velocities are
     not used; 0 where not given. Raises EquilibriumError where the accelerations do not vanish (naming the coordinate
@@ -74,7 +75,8 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = N
     with np.errstate(all="ignore"):
         sought = _sought(model, residual(start), jacobian(start))
         q, r, J = _newton(residual, jacobian, start, sought)
-        if not sought.all() and (r[~sought].any() or J[~sought].any()):  # they rested at the guess alone
+        resting = np.flatnonzero(~sought)
+        if r[resting].any() or J[resting].any():  # they rested at the guess alone
             sought[:] = True
             q, r, J = _newton(residual, jacobian, start, sought)
     if not (np.isfinite(r).all() and (np.isfinite(J).all() or not r.any())):
@@ -88,7 +90,7 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = N
     if not _vanishes(r, J, q):
         raise EquilibriumError(_none_message(model, r, t0))
     known = np.nan_to_num(J, nan=HUGE, posinf=HUGE, neginf=-HUGE)
-    loose = _free_directions(known[np.ix_(sought, sought)])
+    loose = _free_directions(np.delete(known, np.flatnonzero(~sought), axis=0)[:, sought])
     if loose is not None:
         moving = np.flatnonzero(sought)[np.abs(loose) > NAMED * np.abs(loose).max()]
         if (moving >= model.tables.coordinates).any() and _vanishes(residual(start), jacobian(start), start):
@@ -103,8 +105,8 @@ def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = N
 
 def _sought(model: Model, r: Vector, J: Vector) -> NDArray[np.bool_]:
     """Which of the states are sought: all but internal ones that rest wherever they and the coordinates are."""
-    sought = np.ones(len(r), dtype=bool)
-    internal = slice(model.tables.coordinates, None)
+    sought = np.ones(J.shape[1], dtype=bool)
+    internal = slice(model.tables.coordinates, len(sought))
     sought[internal] = (r[internal] != 0) | (J[internal] != 0).any(axis=1)
     return sought
 
@@ -147,18 +149,27 @@ def resting_inputs(table: InputTable, t0: float) -> Vector:
 def _at_rest(
     model: Model, c: Vector, u: Vector, t0: float
 ) -> tuple[Callable[[Vector], Vector], Callable[[Vector], Vector]]:
-    """What must vanish (n,) at rest as a function of the states q (n,) that are sought, and its Jacobian (n, n)."""
+    """What must vanish (n,) at rest as a function of the states q (n,) that are sought, and its Jacobian (n, n).
+
+    Below them stand the residuals of constraints on positions, where there are any.
+    """
     rhs, jacobian = model.kernel("rhs"), model.matrix("jacobian")
     free, vanishing = still(model)
+    manifold, n = Manifold(model, c, t0, u), model.tables.coordinates
 
     def rates(q: Vector) -> Vector:
         x = _state(model, q)
         dx = np.zeros(len(x))
         rhs(t0, x, u, c, dx)
-        return dx[vanishing]
+        return np.concatenate([dx[vanishing], manifold.at(x).positions]) if manifold.constraints else dx[vanishing]
 
     def derivative(q: Vector) -> Vector:
-        return jacobian(t0, _state(model, q), u, c)[np.ix_(vanishing, free)]
+        x = _state(model, q)
+        J = jacobian(t0, x, u, c)[np.ix_(vanishing, free)]
+        if not manifold.constraints:
+            return J
+        G = manifold.at(x).G[: manifold.n_positions]
+        return np.vstack([J, np.hstack([G, np.zeros((len(G), len(q) - n))])])
 
     return rates, derivative
 
@@ -218,7 +229,8 @@ def _not_finite(model: Model, r: Vector, J: Vector, x: Vector) -> str:
     what = "acceleration"
     if not rows.any():
         rows, what = ~np.isfinite(J).all(axis=1), "stiffness"
-    names = [model.state_names[i] for i in free[rows]]
+    names = [model.state_names[i] for i in free[rows[: len(free)]]]
+    names += [each.name for each, bad in zip(model.tables.constraints, rows[len(free) :], strict=False) if bad]
     pairs = [(model.tables.states[i], x[i]) for i in free]
     told = ", ".join(f"{state.name} = {value:.6g} {state.unit}".rstrip() for state, value in pairs[:MOST_TOLD])
     more = ", ..." if len(pairs) > MOST_TOLD else ""
@@ -226,8 +238,16 @@ def _not_finite(model: Model, r: Vector, J: Vector, x: Vector) -> str:
 
 
 def _none_message(model: Model, r: Vector, t0: float) -> str:
-    i = int(np.argmax(np.abs(r)))
     (free, vanishing), states = still(model), model.tables.states
+    off = np.abs(r[len(free) :])
+    if off.max(initial=0.0) > AT_REST:
+        j = int(np.argmax(off))
+        return (
+            f"model {model.name}: no static state found at t = {t0:g} that fulfils constraint "
+            f"{model.tables.constraints[j].name}: it is off by {r[len(free) + j]:.6g} where the search ends; "
+            f"start it elsewhere (guess=), or {ADVICE}"
+        )
+    i = int(np.argmax(np.abs(r[: len(free)])))
     what, unit = "an acceleration" if i < model.tables.coordinates else "a rate", states[vanishing[i]].unit
     return (
         f"model {model.name}: no static state found at t = {t0:g}: {states[free[i]].name} keeps {what} of {r[i]:.6g} "

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.load import Model
+from qddot.runner.manifold import Manifold
 
 Vector = NDArray[np.float64]
 
@@ -20,6 +21,9 @@ def singular_mass(model: Model, t: float, x: Vector, u: Vector, c: Vector) -> st
     """
     names = model.coordinate_names
     M = model.matrix("mass")(t, x, u, c)
+    if model.tables.constraints:  # M + G' G is singular where a motion that they allow has no inertia
+        G = Manifold(model, c, t, u).at(x).G
+        M += (G / (np.linalg.norm(G, axis=1, keepdims=True) + np.finfo(np.float64).tiny)).T @ G
     if not np.isfinite(M).all():
         row = int(np.argmin(np.isfinite(M).all(axis=1)))
         return f"the mass matrix is not finite in the row of {names[row]}"

@@ -282,7 +282,7 @@ def _unpickled(name: str, source: str, digest: str) -> Model:
 
 def _generated_module(name: str) -> ModuleType:
     try:
-        with keeping_module(Path(generated.__file__)):
+        with keeping_module(Path(generated.__file__).parent / f"{name}.py"):
             return importlib.import_module(f"qddot.generated.{name}")
     except Exception as error:
         raise LoadError(f"model {name}: {type(error).__name__}: {error}; generate the model again") from error

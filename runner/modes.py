@@ -13,6 +13,7 @@ from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.load import Model, Parameters, as_model
+from qddot.runner.manifold import Manifold
 
 
 class ModesError(ValueError):
@@ -91,6 +92,7 @@ def modes(
 ) -> Modes:
     """The modes at a state (n_states,), the equilibrium by default, with the inputs at t0; slowest first.
 
+    Of a model with constraints: those of motions that fulfil them.
     Raises EquilibriumError where there is no static state, ModesError where the equations cannot be linearized at it.
     """
     model, t0 = as_model(model), finite("t0", t0)
@@ -106,8 +108,9 @@ def modes(
             f"model {model.name}: the equations cannot be linearized: the derivative of the rate of "
             f"{model.state_names[row]} by {model.state_names[column]} is {J[row, column]} at this state"
         )
-    eigenvalues, right = np.linalg.eig(J)
-    shares = np.abs(right * np.linalg.pinv(right).T)
+    allowed = Manifold(model, c, t0, u).tangent(x) if model.tables.constraints else np.eye(len(x))
+    eigenvalues, right = np.linalg.eig(allowed.T @ J @ allowed)
+    shares = np.abs((allowed @ right) * (np.linalg.pinv(right) @ allowed.T).T)
     n = model.tables.coordinates
     shares = np.concatenate([shares[:n] + shares[n : 2 * n], shares[2 * n :]]) / shares.sum(axis=0)
     names = (*model.coordinate_names, *model.state_names[2 * n :])

@@ -47,6 +47,16 @@ class Statistics:
 
 
 @dataclass(frozen=True, eq=False)
+class Held:
+    """Constraints on which a state is kept: their kernel, numbers of coordinates, of constraints, and on positions."""
+
+    kernel: PlacedKernel
+    coordinates: int
+    constraints: int
+    positions: int
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """x' = rhs(t, x, u(t), c) from t0 to t1, kernels of the calling convention (see `abi`).
 
@@ -55,6 +65,7 @@ class Problem:
     jacobian: a jitted function that fills J (n_states, n_states), or a model's kernel with its pattern.
     input_jacobian: of a linear model, whose Jacobians are constant (exact propagation only). recurrences: the code of
     the states' Taylor series, a `SeriesCode` (Taylor's method only, which takes no rhs).
+    held: the constraints on which the state is kept, None where there are none.
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
     workplaces: what runs from other states work with again, see `started_from`; no other copy of a problem has them.
@@ -72,6 +83,7 @@ class Problem:
     mass_matrix: NDArray[np.float64] | None = None
     input_jacobian: PlacedKernel | None = None
     recurrences: Any = None
+    held: Held | None = None
     by_item: bool = False
     sense: int = 1
     workplaces: dict[Any, list[Any]] | None = field(default=None, init=False, repr=False)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from qddot.runner import checks
+from qddot.runner.assembly import assembled
 from qddot.runner.checks import finite, finite_state, numbers, row, shown, unknown
 from qddot.runner.diagnosis import diagnosis
 from qddot.runner.equilibrium import Guess, rest
@@ -19,6 +20,7 @@ from qddot.runner.inputs.bind import as_signal, bind
 from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
+from qddot.runner.manifold import held_by
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.method import Method
 from qddot.runner.methods import METHODS, find_method
@@ -51,7 +53,8 @@ def simulate(
 
     step: of fixed-step methods, in s. parameters: a set's name, values by name, or both as a tuple. inputs: signals or
     numbers by name, 0 where not given. initial: the state by name or as an array (n_states,); None starts from the
-    static equilibrium, for which the search starts at `guess`, see `equilibrium`.
+    static equilibrium, for which the search starts at `guess`, see `equilibrium`. Of a model with constraints `initial`
+    may name some states, which are held; the others are found near `guess`, see `assemble`.
     options: those of `Options` that the method takes (output_times, progress, time_limit, rtol, atol, ...).
     Raises IntegrationError where the run fails, unless on_failure is "return"; EquilibriumError where there is no
     static state to start from; ValueError for anything given wrongly, naming it.
@@ -83,7 +86,7 @@ class Simulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Kernels are the model's: pickled, it carries them by name."""
-        problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None, recurrences=None)
+        problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None, recurrences=None, held=None)
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
@@ -92,6 +95,7 @@ class Simulation:
         x = problem.initial_state
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
+            x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)
         problem = problem.started_from(x, self._workplaces)
         return _run(self.subject, problem, self.method, self.options, on_failure)
 
@@ -128,7 +132,7 @@ def prepare(
     settings = fitted(given, chosen)
     t0, t1 = span_of(span, chosen, settings)
     settings.tolerances(len(model.state_names))
-    if initial is not None and guess is not None:
+    if initial is not None and guess is not None and not model.tables.constraints:
         raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
     p = model.parameter_values(parameters)
     c, table = model.constants(p), bind(model.tables, inputs)
@@ -136,7 +140,9 @@ def prepare(
         rhs=None,
         t0=t0,
         t1=t1,
-        initial_state=at_rest(model, c, table, t0, guess) if initial is None else model.state(initial),
+        initial_state=at_rest(model, c, table, t0, guess)
+        if initial is None
+        else assembled(model, c, table, t0, initial, guess),
         constants=c,
         inputs=table,
         n_inputs=model.tables.rhs_inputs,
@@ -161,6 +167,7 @@ def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method,
         jacobian=model.matrix("jacobian") if method.stiff or exact else None,
         input_jacobian=_constant(model, method) if exact else None,
         recurrences=model.series if method.family == "taylor" else None,
+        held=held_by(model),
     )
     check_first_calls(problem, options)
     subject = replace(subject, output_kernel=model.kernel("outputs") if model.tables.outputs else None)

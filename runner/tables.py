@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -56,6 +57,16 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Constraint:
+    """A constraint by the name of its multiplier; on_positions: else on velocities alone."""
+
+    name: str
+    on_positions: bool
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
 class Lookup:
     """A table of a state: its points go from `first` to `last`; what is outside is "refuse" where it has no value."""
 
@@ -75,6 +86,7 @@ class Tables:
     states: coordinates, their velocities in the same order, internal states. positioned: inputs that act at a place
     along the way of travel, in the order of the kernel `positions`. patterns: of the matrices, by their kernels' names.
     recurrence: the table of the states' Taylor series, or in without_recurrence the function that has none.
+    constraints: those on positions first. projected: whether the state is kept on them after each step.
     """
 
     name: str
@@ -94,6 +106,13 @@ class Tables:
     lookups: tuple[Lookup, ...]
     recurrence: str = ""
     without_recurrence: str = ""
+    constraints: tuple[Constraint, ...] = ()
+    projected: bool = False
+
+    @property
+    def n_positions(self) -> int:
+        """How many constraints are on positions."""
+        return sum(each.on_positions for each in self.constraints)
 
     @property
     def free_inputs(self) -> tuple[str, ...]:
@@ -124,6 +143,7 @@ def read_tables(module: ModuleType) -> Tables:
     parameters = _records(module, "PARAMETER", Parameter, (str, (int, float), str, str))
     coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
     _check_sizes(module, len(states), coordinates, len(inputs), rhs_inputs)
+    constraints = _constraints(module)
     tables = Tables(
         name=_entry(module, "NAME", str),
         title=_entry(module, "TITLE", str),
@@ -139,7 +159,9 @@ def read_tables(module: ModuleType) -> Tables:
         constant_names=(*(parameter.name for parameter in parameters), *_names(module, "CONSTANT")),
         linear=_entry(module, "LINEAR", bool),
         mass_matrix=_entry(module, "MASS_MATRIX", str),
-        patterns=_patterns(module, len(states), coordinates, rhs_inputs),
+        patterns=_patterns(module, len(states), coordinates, rhs_inputs, constraints),
+        constraints=constraints,
+        projected=bool(constraints) and _entry(module, "PROJECTED", bool),
         recurrence=_entry(module, "RECURRENCE", str) if hasattr(module, "RECURRENCE") else "",
         without_recurrence=_entry(module, "WITHOUT_RECURRENCE", str) if hasattr(module, "WITHOUT_RECURRENCE") else "",
     )
@@ -163,14 +185,26 @@ def _check_edition(module: ModuleType) -> None:
         )
 
 
-def _patterns(module: ModuleType, states: int, coordinates: int, inputs: int) -> dict[str, Pattern]:
+def _constraints(module: ModuleType) -> tuple[Constraint, ...]:
+    found = _records(module, "CONSTRAINT", Constraint, (str, bool, str, str)) if hasattr(module, "CONSTRAINT") else ()
+    if any(late.on_positions > early.on_positions for early, late in pairwise(found)):
+        raise _fail(module, "CONSTRAINT has one on velocities before one on positions")
+    return found
+
+
+def _patterns(
+    module: ModuleType, states: int, coordinates: int, inputs: int, constraints: Sequence[Constraint]
+) -> dict[str, Pattern]:
+    on_positions = sum(each.on_positions for each in constraints)
     shapes = {
         "jacobian": (states, states),
         "input_jacobian": (states, inputs),
         "mass": (coordinates, coordinates),
+        "constraints": (coordinates + len(constraints), coordinates + 2),
+        "tangent": (on_positions + len(constraints), states),
     }
     found: dict[str, Pattern] = {}
-    for name in abi.MATRICES:
+    for name in (name for name in abi.MATRICES if constraints or name not in abi.CONSTRAINED):
         try:
             found[name] = pattern(_entry(module, name.upper(), tuple), shapes[name], symmetric=name == "mass")
         except LoadError:
@@ -275,7 +309,7 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
     for name, signature in abi.SIGNATURES.items():
-        if name == "positions" and not tables.positioned:
+        if (name == "positions" and not tables.positioned) or (name in abi.CONSTRAINED and not tables.constraints):
             continue
         kernel = getattr(module, name, None)
         if not isinstance(kernel, Dispatcher):

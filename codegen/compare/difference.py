@@ -60,6 +60,7 @@ def compare(sheet: Sheet, equations: Equations) -> tuple[Comparison, ...]:
 def _known(equations: Equations) -> list[str]:
     moving = (*equations.state, *equations.accelerations)
     given = (*equations.parameters, *equations.inputs, *equations.rates, equations.time)
+    moving += equations.constraints.multipliers
     return [str(symbol) for symbol in (*moving, *given, *equations.definitions.expressions)]
 
 
@@ -117,7 +118,8 @@ class _Judge:
             for j, acceleration in enumerate(equations.accelerations)
             if (max(k, j), min(k, j)) in equations.mass
         ]
-        others = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
+        own = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
+        others = (*own, *equations.constraints.pull(k))
         found = [term for part in others for term in terms(legible(part, self._fixed))]
         applied = [-term for term in terms(equations.applied[k])]
         return [term for term in (*inertia, *found) if term != 0], [term for term in applied if term != 0]
@@ -146,7 +148,8 @@ class _Judge:
 
     def _roles(self) -> list[list[str]]:
         equations = self._equations
-        moving = (equations.coordinates, equations.velocities, equations.accelerations)
+        held = equations.constraints.multipliers
+        moving = (equations.coordinates, equations.velocities, (*equations.accelerations, *held))
         quantities = tuple(equations.definitions.expressions)
         others = (equations.states, equations.parameters, equations.inputs, equations.rates, quantities)
         own = self._sheet.own

@@ -9,6 +9,9 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.calculus import terms
+from qddot.codegen.constrained import in_order
+from qddot.codegen.convert import convert
 from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
@@ -70,8 +73,9 @@ class Document:
     """What a reader is told of a model.
 
     definitions: of the quantities, each one's rate behind it; energies: T, Pi, Phi; forces: Q of each coordinate that
-    has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot = Q; state_motion:
-    one per internal state, zdot = derivative.
+    has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot + G' lambda = Q;
+    state_motion: one per internal state, zdot = derivative. multipliers: of the constraints, and constraints what
+    vanishes, in the same order.
     is_generalized: Pi depends on velocities, so that L = T - Pi takes the place of T and Pi in Lagrange's equations.
     dotted: the words that may carry dots.
     """
@@ -90,6 +94,8 @@ class Document:
     definitions: tuple[Formula, ...]
     energies: tuple[Formula, ...]
     forces: tuple[Formula, ...]
+    multipliers: tuple[Entry, ...]
+    constraints: tuple[Formula, ...]
     motion: tuple[Formula, ...]
     state_motion: tuple[Formula, ...]
     mass: MassMatrix
@@ -129,6 +135,8 @@ def describe(equations: Equations, source: str) -> Document:
         definitions=writing.definitions(),
         energies=writing.energies(),
         forces=writing.forces(),
+        multipliers=tuple(Entry(str(c.symbol), c.unit, c.meaning) for c in in_order(system)),
+        constraints=writing.constraints(),
         motion=tuple(writing.motion(k) for k in range(len(equations.coordinates))),
         state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
@@ -176,6 +184,11 @@ class _Writing:
         pairs = zip(self._equations.coordinates, self._equations.applied, strict=True)
         return tuple(self.given(Indexed("Q", (_index(str(q)),)), force) for q, force in pairs if force != 0)
 
+    def constraints(self) -> tuple[Formula, ...]:
+        """What the author says of positions and velocities, and that it vanishes."""
+        given = (convert(each.expression) for each in in_order(self._equations.system))
+        return tuple(Formula(self._author.sum(expression), Sum(())) for expression in given)
+
     def motion(self, k: int) -> Formula:
         """The equation of coordinate k, its terms in the order of Lagrange's equation."""
         equations = self._equations
@@ -186,7 +199,10 @@ class _Writing:
         ]
         others = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
         sums = [self._derived.sum(self._legible(part), positive_first=False) for part in others]
-        left = (*inertia, *(part for found in sums for part in found.terms))
+        held = [
+            self._derived.term(part) for pull in equations.constraints.pull(k) for part in terms(self._legible(pull))
+        ]
+        left = (*inertia, *(part for found in sums for part in found.terms), *held)
         return Formula(Sum(left), self._author.sum(equations.applied[k]))
 
     def mass(self) -> MassMatrix:

@@ -25,6 +25,7 @@ class Order:
         defined = equations.definitions.expressions
         constant = {symbol for symbol, expression in defined.items() if equations.parameter_only(expression)}
         constant -= set(equations.state_rates)
+        held = equations.constraints
         groups = (
             (_FIXED, (*others, *equations.parameters, *(symbol for symbol in defined if symbol in constant))),
             (_GIVEN, (*equations.inputs, *equations.rates)),
@@ -32,7 +33,7 @@ class Order:
             (_QUANTITY, tuple(symbol for symbol in defined if symbol not in constant)),
             (_COORDINATE, (*equations.coordinates, *equations.states)),
             (_VELOCITY, (*equations.velocities, *equations.state_rates)),
-            (_ACCELERATION, equations.accelerations),
+            (_ACCELERATION, (*equations.accelerations, *held.multipliers, *held.reactions.values())),
         )
         self._rank: dict[Any, Rank] = {symbol: (group, k) for group, found in groups for k, symbol in enumerate(found)}
         self.fixed = frozenset(symbol for symbol, (group, _) in self._rank.items() if group == _FIXED)

@@ -50,6 +50,8 @@ def html(document: Document) -> str:
             tables=[page.symbols(entry) for entry in document.tables],
             energies=[page.pieces(page.write.formula(formula)) for formula in document.energies],
             forces=[page.pieces(page.write.formula(formula)) for formula in document.forces],
+            constraints=[page.pieces(page.write.formula(formula)) for formula in document.constraints],
+            multipliers=[page.symbols(entry) for entry in document.multipliers],
             motion=page.equations(document.coordinates, document.motion),
             state_motion=page.equations(document.states, document.state_motion),
             mass=page.mass(),

@@ -13,6 +13,9 @@ GREEK = {
     **{"Phi": "Φ", "Psi": "Ψ", "Omega": "Ω"},
 }
 
+#: What stands for names that Python keeps for itself.
+_SHORT = {"lam": "lamda"}
+
 _NUMBERED = re.compile(rf"([A-Za-z]|{'|'.join(GREEK)})(\d+)\Z")
 
 
@@ -34,6 +37,7 @@ def spelling(name: str, declared: Set[str] = frozenset()) -> Spelling:
     """Read a name. `declared` names may carry dots though they are words: heavedot, where heave is declared."""
     base, *rest = (part for part in name.split("_") if part)
     stem, dots = _undotted(base, {other.partition("_")[0] for other in declared} if "dot" in base else frozenset())
+    stem = _SHORT.get(stem, stem)
     if numbered := _NUMBERED.match(stem):
         return Spelling(numbered[1], dots, (numbered[2], *rest))
     words = [stem]

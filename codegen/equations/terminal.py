@@ -39,6 +39,10 @@ class _Page:
         if document.forces:
             yield from self._heading("Generalized forces")
             yield from self._formulas(document.forces)
+        if document.constraints:
+            yield from self._heading("Constraints")
+            yield from self._formulas(document.constraints)
+        yield from self._table("Multipliers, of forces -G'λ", document.multipliers)
         yield from self._motion()
         yield from self._mass(document.mass)
         yield from self._defined("Outputs", document.outputs, document.output_definitions)

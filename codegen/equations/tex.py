@@ -67,6 +67,8 @@ def tex(document: Document) -> str:
         definitions=page.aligned(document.definitions),
         energies=page.aligned(document.energies),
         forces=page.aligned(document.forces),
+        multipliers=page.table(document.multipliers),
+        constraints=page.aligned(document.constraints),
         motion=page.equations(document.coordinates, document.motion),
         state_motion=page.equations(document.states, document.state_motion),
         mass=page.mass(),
@@ -86,6 +88,8 @@ def lagrange(document: Document) -> str:
     inertia = (
         rf"\frac{{\partial {letter}}}{{\partial \dot{{q}}_{{k}}}} - \frac{{\partial {letter}}}{{\partial q_{{k}}}}"
     )
+    if document.constraints:
+        end = end.replace(" = ", r" + \sum_{j} \lambda_{j} G_{jk} = ")
     return start + inertia + potential + end + (r", \quad L = T - \Pi" if document.is_generalized else "")
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from qddot.runner.explicit.adaptive_course import ensure_dense, state_within
 from qddot.runner.explicit.norm import first_step, norm, scale
 from qddot.runner.explicit.slopes import settle, slope
-from qddot.runner.explicit.step import evaluate_next_slope, interpolate, take_step
+from qddot.runner.explicit.step import evaluate_end_slope, evaluate_next_slope, take_step
 from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy
 from qddot.runner.frame.log import has_room, next_stop
+from qddot.runner.frame.projection import project, project_at_end
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import row_address, states
 from qddot.runner.frame.step_control import (
@@ -48,6 +49,8 @@ def restart(space, pair, control, course, log, watch):
     ahead = next_stop(log) - t
     course.restart = 0
     settle(space, t, ahead)
+    if space.constraints != 0:
+        project(space, t, row_address(space, Y))
     slope(space, t, Y, K0)
     course.evaluations += 1
     copy(space, Y, NEW)
@@ -103,7 +106,11 @@ def take_good_step(space, pair, control, course, log):
     course.steps += 1
     log.stop += landing
     course.restart, course.dense = landing, 0
-    course.evaluations += evaluate_next_slope(space, pair, t, h)
+    if space.constraints != 0:
+        project_at_end(space, t, h, row_address(space, NEW))
+        course.evaluations += evaluate_end_slope(space, pair, t, h)
+    else:
+        course.evaluations += evaluate_next_slope(space, pair, t, h)
     return RUNNING
 
 
@@ -119,7 +126,7 @@ def complete_step(space, pair, course, log, ended):
     """Make the end of the step, or of a part of it that a terminal event ended, the present state; returns a status."""
     status = RUNNING
     if ended != NONE:
-        interpolate(space, pair, ended, course.length)
+        state_within(space, (pair, course), ended)
         copy(space, WITHIN, NEW)
         course.now = course.start + ended * course.length
         status = TERMINATED

@@ -94,8 +94,12 @@ def take_step(space, pair, t, h):
 @compiled(**LEAN)
 def evaluate_next_slope(space, pair, t, h):
     """The slope at the end of an accepted step, where the step did not need it; returns the number of evaluations."""
-    if pair.next_slope < pair.stages:
-        return 0
+    return 0 if pair.next_slope < pair.stages else evaluate_end_slope(space, pair, t, h)
+
+
+@compiled(**LEAN)
+def evaluate_end_slope(space, pair, t, h):
+    """The slope at the end of an accepted step; returns the number of evaluations, one."""
     look_up(space, t, h, 1.0)
     slope(space, t + h, NEW, K0 + pair.next_slope)
     return 1

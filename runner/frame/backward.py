@@ -19,7 +19,7 @@ from qddot.runner.inputs.signal import C0, PHASE, InputTable
 from qddot.runner.machine.pointers import EVENT_SIGNATURE, call_event, call_kernel, call_matrix_kernel, pointer
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.problem import Held, Problem, Trajectory
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -47,6 +47,7 @@ def _mirrored(problem: Problem) -> Problem:
         rhs=None if problem.rhs is None else _cover(problem.rhs, "rhs"),
         jacobian=_mirrored_jacobian(problem.jacobian),
         input_jacobian=_mirrored_jacobian(problem.input_jacobian),
+        held=_mirrored_constraints(problem.held),
         t0=0.0 - problem.t0,
         t1=0.0 - problem.t1,
         sense=-problem.sense,
@@ -94,6 +95,12 @@ def _mirrored_jacobian(jacobian: Any) -> Any:
     if isinstance(jacobian, PlacedKernel):
         return replace(jacobian, kernel=_cover(jacobian.kernel, "values"))
     return None if jacobian is None else _cover(jacobian, "jacobian")
+
+
+def _mirrored_constraints(held: Held | None) -> Held | None:
+    if held is None:
+        return None
+    return replace(held, kernel=replace(held.kernel, kernel=_cover(held.kernel.kernel, "constraints")))
 
 
 @cache

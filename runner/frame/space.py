@@ -8,19 +8,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.inputs.piece import InputTable
 from qddot.runner.inputs.reader import read, reader_for
 from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.constrained import work_size
 from qddot.runner.machine.memory import INLINE, LEAN, VIEW, address, floats, integers, layout, matrix, record, writable
-from qddot.runner.problem import Problem
+from qddot.runner.machine.pointers import pointer
+from qddot.runner.problem import Held, Problem
 
 #: Addresses (see `memory`, `pointers`) and lengths. rhs; work: rows of n states, `stride` bytes apart; constants
 #: (n_constants,); u (channels,); reader (reader_size,); pieces to order as in `InputTable`; steady: not 0 while all
-#: inputs are known to be constant, and stand in u.
+#: inputs are known to be constant, and stand in u. constraints: the kernel of those on which the state is kept, 0 where
+#: it is kept on none; how many, on positions the first n_positions of them; projection: room for that, with the values
+#: that the kernel writes and their places.
 _COMMON = (
     "rhs work n stride constants n_constants n_inputs channels u reader reader_size steady "
-    "pieces n_pieces first last rate offset order"
+    "pieces n_pieces first last rate offset order "
+    "constraints coordinates n_constraints n_positions projection constraint_values constraint_places n_entries"
 )
 
 
@@ -41,6 +47,11 @@ def make_space(
         "reader": reader_for(inputs),
         **own,
     }
+    if (held := problem.held) is not None:
+        arrays |= _projection(held)
+        numbers["constraints"] = pointer(held.kernel.kernel, VECTOR_KERNEL, "constraints")
+        numbers |= {"coordinates": held.coordinates, "n_constraints": held.constraints, "n_positions": held.positions}
+        numbers["n_entries"] = held.kernel.pattern.entries
     numbers |= {
         "n": len(problem.initial_state),
         "n_constants": len(problem.constants),
@@ -50,6 +61,16 @@ def make_space(
         "reader_size": len(arrays["reader"]),
     }
     return record(fields, **numbers, **{name: address(array) for name, array in arrays.items()}), arrays
+
+
+def _projection(held: Held) -> dict[str, NDArray[Any]]:
+    """Where a state is put on constraints: see `projection`."""
+    n, m, pattern = held.coordinates, held.constraints, held.kernel.pattern
+    return {
+        "projection": np.zeros((n + m) * (2 * n + 3) + m + work_size(n, m)),
+        "constraint_values": np.zeros(pattern.entries),
+        "constraint_places": pattern.places(),
+    }
 
 
 @compiled(**INLINE)

@@ -8,6 +8,7 @@ import numpy as np
 
 from qddot.runner.lanes.starts import table_of
 from qddot.runner.machine.compiling import working_time
+from qddot.runner.manifold import held_by
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.result import outputs_of
 
@@ -49,6 +50,7 @@ def _problem(task: "Task", run: int) -> Problem:
         state_names=model.state_names,
         jacobian=model.matrix("jacobian") if task.method.stiff else None,
         by_item=True,
+        held=held_by(model),
     )
 
 

@@ -1,5 +1,6 @@
 """What every run of a batch starts with: its constants and its static equilibrium, for all runs at once."""
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -8,6 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
+from qddot.runner.assembly import AssemblyError, assembled
 from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest, still
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.lanes.signals import BatchTable
@@ -95,7 +97,7 @@ def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats, guess: Fl
     rhs, jacobian = _address(model, "rhs"), _address(model, "jacobian")
     settled = np.zeros(runs, dtype=bool)
     with np.errstate(all="ignore"):
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(0 if model.tables.constraints else MOST_ITERATIONS):  # those are fulfilled run by run
             try:
                 _compiled_results()(rhs, t0, x, u, c, slopes)
                 _compiled_results()(jacobian, t0, x, u, c, entries)
@@ -119,6 +121,26 @@ def equilibria(model: Model, c: Floats, table: BatchTable, t0: Floats, guess: Fl
     if runs and len(reasons) == runs:
         raise EquilibriumError(f"run 0: {reasons[0]}")
     return x, reasons
+
+
+def assemblies(
+    model: Model, c: Floats, table: BatchTable, t0: Floats, x: Floats, guess: Floats, named: Sequence[str] | None
+) -> tuple[Floats, dict[int, str]]:
+    """Initial states (runs, n_states) on the constraints of a model, and why there are none, by the number of the run.
+
+    x: those given; named: the states that these hold, all of them where None. guess: where the searches start.
+    Raises AssemblyError where no run has one.
+    """
+    found, reasons = np.full(x.shape, np.nan), dict[int, str]()
+    for run in range(len(x)):
+        held = x[run] if named is None else {name: float(x[run, model.state_names.index(name)]) for name in named}
+        try:
+            found[run] = assembled(model, c[run], table_of(table, run), float(t0[run]), held, guess[run])
+        except AssemblyError as error:
+            reasons[run] = str(error)
+    if len(x) and len(reasons) == len(x):
+        raise AssemblyError(f"run 0: {reasons[0]}")
+    return found, reasons
 
 
 def table_of(table: BatchTable, run: int) -> InputTable:

@@ -21,7 +21,7 @@ from qddot.runner.lanes.given import (
 )
 from qddot.runner.lanes.pack import BATCH
 from qddot.runner.lanes.signals import BatchTable, stack_runs
-from qddot.runner.lanes.starts import constants_of, equilibria
+from qddot.runner.lanes.starts import assemblies, constants_of, equilibria
 from qddot.runner.load import Model
 from qddot.runner.machine.memory import address, record
 from qddot.runner.machine.pointers import pointer
@@ -109,9 +109,12 @@ def make_task(
     t0, t1 = (numbers("span", each) for each in pair(span))
     p = parameter_rows(model, parameters)
     x0 = None if initial is None else initial_rows(model, initial)
-    if initial is not None and guess is not None:
+    constraints = model.tables.constraints
+    if initial is not None and guess is not None and not constraints:
         raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
-    near = np.zeros((1, len(model.state_names))) if guess is None else guess_rows(model, guess)
+    near = np.zeros((1, len(model.state_names)))
+    if guess is not None:
+        near = guess_rows(model, guess) if initial is None else initial_rows(model, guess)
     rows = {"span": t0, "the end of the span": t1, "parameters": p[:, 0], "initial": x0, "guess": near}
     count = agreed_count(runs, rows, inputs)
     t0, t1 = np.broadcast_to(t0, count).copy(), np.broadcast_to(t1, count).copy()
@@ -122,6 +125,10 @@ def make_task(
     rtol, atol = options.tolerances(n)
     if x0 is None:
         start, reasons = equilibria(model, constants, table, t0, np.broadcast_to(near, (count, near.shape[1])))
+    elif constraints:
+        named = tuple(initial) if isinstance(initial, Mapping) else None
+        given = np.broadcast_to(x0, (count, n)), np.broadcast_to(near, (count, n))
+        start, reasons = assemblies(model, constants, table, t0, *given, named)
     else:
         start, reasons = np.broadcast_to(x0, (count, n)).copy(), dict[int, str]()
     times, columns = output_rows(output_times, t0, t1), wanted_columns(model, names)

@@ -23,6 +23,11 @@ def way_of(model: Model, method: Method, options: Options) -> tuple[Way, str]:
         return "exact", "exact propagation takes every run by its own matrices, on all threads"
     if method.name not in IN_LANES:
         return "alone", f"method {method.name} does not run in lanes; {', '.join(IN_LANES)} do"
+    if model.tables.projected:
+        return (
+            "alone",
+            f"model {model.name} has constraints, on which each run is kept by itself; Baumgarte's run in lanes",
+        )
     if lane_rhs(model) is None:
         return "alone", f"model {model.name} has no lane kernel: it calls a function without vectors"
     return "lanes", ""

@@ -56,6 +56,11 @@ _NOTHING_COMPILED = (
     "notebook.py",
     "stale.py",
     "machine/places.py",
+    "assembly.py",
+    "equilibrium.py",
+    "inertia.py",
+    "manifold.py",
+    "modes.py",
 )
 
 #: Versions of the source whose compiled drivers are kept.
@@ -65,6 +70,18 @@ _KEPT = 8
 @cache
 def cache_directory() -> Path | None:
     """The folder of this very source's compiled drivers, beside it where that can be written; see `code_folder`."""
+    folder = code_folder(Path(__file__).parent.parent / "__pycache__")
+    return _of_this_source(folder) if folder is not None else None
+
+
+def _of_this_source(folder: Path) -> Path:
+    """The folder within of what this very source of the runner compiles to; of older ones a few are kept."""
+    keep_newest(folder, f"qddot-{16 * '[0-9a-f]'}", _KEPT)
+    return folder / f"qddot-{_source_digest()}"
+
+
+@cache
+def _source_digest() -> str:
     here = Path(__file__).parent.parent
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(here.rglob("*.py")):
@@ -73,11 +90,7 @@ def cache_directory() -> Path | None:
             continue
         digest.update(within.as_posix().encode())
         digest.update(source.read_bytes())
-    folder = code_folder(here / "__pycache__")
-    if folder is None:
-        return None
-    keep_newest(folder, f"qddot-{16 * '[0-9a-f]'}", _KEPT)
-    return folder / f"qddot-{digest.hexdigest()[:16]}"
+    return digest.hexdigest()[:16]
 
 
 class _Cache(FunctionCache):
@@ -128,11 +141,20 @@ def _keeping(folder: Path | None, name: str) -> Iterator[None]:
 def keeping_module(file: Path) -> contextlib.AbstractContextManager[None]:
     """Within the block, the jitted functions of this generated module are kept beside it or where `code_folder` says.
 
+    Those of one that calls the runner's functions, which become part of them, in the folder of the runner's source.
     Numba alone raises "no locator available" where neither the module's folder nor the user's cache can be written.
     """
     beside = file.absolute().parent / "__pycache__"
     folder = code_folder(beside)
+    if folder is not None and _calls_the_runner(file):
+        return _keeping(folder, str(_of_this_source(folder)))
     return _keeping(folder, "" if folder in (beside, None) else str(folder))
+
+
+def _calls_the_runner(file: Path) -> bool:
+    with contextlib.suppress(OSError):
+        return b"\nfrom qddot.runner" in file.read_bytes()
+    return False
 
 
 def compiled(

@@ -65,7 +65,8 @@ def writable(array: NDArray[Any]) -> NDArray[Any]:
     return np.require(array, requirements=["C", "W"])
 
 
-def _uncounted(array_type: types.Array, context: Any, builder: Any, where: Any, shape: list[Any]) -> Any:
+def uncounted(array_type: types.Array, context: Any, builder: Any, where: Any, shape: list[Any]) -> Any:
+    """Emit an array of float64 or int64 of one or two dimensions at an address."""
     array = make_array(array_type)(context, builder)
     item = cgutils.intp_t(8)
     strides = [builder.mul(shape[1], item), item] if len(shape) == 2 else [item]
@@ -90,7 +91,7 @@ def floats(typing_context: Any, where: Any, length: Any) -> Any:
     """The float64 array (length,) at an address."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _uncounted(_FLOATS, context, builder, arguments[0], [arguments[1]])
+        return uncounted(_FLOATS, context, builder, arguments[0], [arguments[1]])
 
     return _FLOATS(types.int64, types.int64), emit
 
@@ -100,7 +101,7 @@ def integers(typing_context: Any, where: Any, length: Any) -> Any:
     """The int64 array (length,) at an address."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _uncounted(_INTEGERS, context, builder, arguments[0], [arguments[1]])
+        return uncounted(_INTEGERS, context, builder, arguments[0], [arguments[1]])
 
     return _INTEGERS(types.int64, types.int64), emit
 
@@ -110,7 +111,7 @@ def matrix(typing_context: Any, where: Any, rows: Any, columns: Any) -> Any:
     """The float64 array (rows, columns) at an address."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _uncounted(_MATRIX, context, builder, arguments[0], list(arguments[1:]))
+        return uncounted(_MATRIX, context, builder, arguments[0], list(arguments[1:]))
 
     return _MATRIX(types.int64, types.int64, types.int64), emit
 

@@ -5,7 +5,8 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 
 import numpy as np
 
-from qddot.runner.frame.space import set_inputs
+from qddot.runner.frame.projection import project_at_end
+from qddot.runner.frame.space import row_address, set_inputs
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
@@ -43,6 +44,8 @@ def take_good_step(space, s, v):
         status = _solve(space, s, v)
         if status != RUNNING:
             return status
+        if space.constraints != 0:
+            _project(space, s, v)
         s.error = weighted_norm(s, v, CORRECTION) * ERROR[s.bdf, s.k - 1]
         if s.error <= s.rtol:
             break
@@ -59,6 +62,14 @@ def take_good_step(space, s, v):
         _change_step(space, s, v)
     _update_differences(s.k, v)
     return RUNNING
+
+
+@compiled(**LEAN)
+def _project(space, s, v):
+    """Put the new state on the constraints; the correction, of which the differences are made, tells of that too."""
+    project_at_end(space, s.t, s.t_new - s.t, row_address(space, X_NEW))
+    for i in range(v.shape[1]):
+        v[CORRECTION, i] = v[X_NEW, i] - v[PREDICTED, i]
 
 
 @compiled(**INLINE)

@@ -61,7 +61,13 @@ def _initial(values: Mapping[str, Amount], model: Model, amounts: Amounts) -> di
 
 
 def _guess(study: StudyTable, model: Model, amounts: Amounts) -> dict[str, float] | None:
-    """Where the search for the static state starts."""
+    """Where the search starts: for the static state, or for a state that fulfils the constraints."""
+    if study.assemble:
+        if not model.tables.constraints or study.initial == "equilibrium":
+            why = "the model has no constraints" if study.initial != "equilibrium" else "the study gives no [initial]"
+            raise amounts.wrong("assemble", f"{why}, so that no states are sought; leave it out")
+        units = {state.name: state.unit for state in model.tables.states}
+        return _named("assemble", "state", study.assemble, units, amounts)
     if not study.equilibrium_guess:
         return None
     if study.initial != "equilibrium":

@@ -62,7 +62,8 @@ class StudyTable(Table):
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:
     the states that are not 0, or the static equilibrium; equilibrium_guess: the coordinates that are not 0 where the
-    search for it starts. road: what the inputs that have a position drive over.
+    search for it starts; assemble: where the states that [initial] of a model with constraints leaves out are sought,
+    those that are not 0. road: what the inputs that have a position drive over.
     identified: a file that `qddot identify` wrote, whose values stand where the study gives none.
     sweep, metrics, outputs: of `qddot batch`.
     """
@@ -77,6 +78,7 @@ class StudyTable(Table):
     road: RoadKind | None = None
     initial: Literal["equilibrium"] | dict[str, Amount] = "equilibrium"
     equilibrium_guess: dict[str, Amount] = Field(default_factory=dict)
+    assemble: dict[str, Amount] = Field(default_factory=dict)
     integration: Integration = Integration()
     figure: Figure = Figure()
     sweep: SweepTable = SweepTable()

@@ -1,0 +1,205 @@
+"""Kernels of a model with constraints: M, f, G and gamma are written down, and a function of the runner solves for
+accelerations and multipliers, which the rest of a kernel reads."""
+
+import ast
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import symengine as se
+
+from qddot.codegen.drafts import Draft, Matrix, Write, matrix_writes, vector_writes
+from qddot.codegen.kernel import Assignment, Slot
+from qddot.codegen.lagrange import Equations
+from qddot.model.system import ModelError
+
+#: Most coordinates and constraints together: a dense solution that stands on the stack.
+MOST = 200
+#: Arrays that a kernel fills before it solves.
+SYSTEM = ("mass_matrix", "constraint_matrix", "right_side", "residuals", "coordinates")
+#: Arrays whose columns become derivatives of accelerations.
+COLUMNS = ("forces", "drifts")
+#: Functions that a kernel calls, see `runner/machine/constrained.py`.
+_RUNTIME = frozenset(("equations", "blank", "outcome", "accelerations", "derivatives", "report"))
+
+
+class ConstrainedDrafts:
+    """The drafts of all kernels of a system with constraints."""
+
+    def __init__(self, equations: Equations) -> None:
+        self._equations = equations
+        self._n = len(equations.coordinates)
+
+    @cached_property
+    def parameter_assignments(self) -> tuple[Assignment, ...]:
+        """Quantities that are constant during a run."""
+        return tuple(item for item in self._definitions if self._equations.parameter_only(item[1]))
+
+    def rhs(self) -> Draft:
+        """Dx = [qdot, qddot, zdot]."""
+        equations = self._equations
+        slopes = (*equations.velocities, *equations.accelerations, *equations.state_rates)
+        return self._draft(vector_writes("derivative", slopes))
+
+    def others(self) -> Mapping[str, Draft]:
+        """Every other kernel but `constants`."""
+        equations = self._equations
+        inputs = (*equations.inputs, *equations.rates)
+        velocities: Matrix = {(k, self._n + k): se.Integer(1) for k in range(self._n)}
+        energies = (equations.kinetic, equations.potential, equations.dissipated_power, equations.input_power)
+        return {
+            "jacobian": self._draft((*matrix_writes(velocities), *self._slopes(equations.state))),
+            "input_jacobian": self._draft(tuple(self._slopes(inputs))),
+            "mass": self._draft(matrix_writes(equations.mass)),
+            "energy": self._draft(vector_writes("values", energies)),
+            "outputs": self._draft(vector_writes("values", equations.outputs)),
+            "constraints": self._draft(matrix_writes(dict(equations.mass) | self._residuals())),
+            "tangent": self._draft(matrix_writes(self._tangent())),
+        }
+
+    def balance(self) -> None:
+        """Nothing: there are no recurrences of what a function solves for."""
+
+    @property
+    def linear(self) -> bool:
+        """Exact propagation knows no constraints."""
+        return False
+
+    def positions(self) -> Draft:
+        """Where the inputs that have a position act; read from the parameters, once a run."""
+        return Draft(self.parameter_assignments, vector_writes("values", self._equations.positions.values()))
+
+    @cached_property
+    def _definitions(self) -> list[Assignment]:
+        return list(self._equations.definitions.expressions.items())
+
+    def _draft(self, writes: tuple[Write, ...]) -> Draft:
+        """A draft that solves for what it reads of accelerations, multipliers and reactions, if it does."""
+        moving = tuple(item for item in self._definitions if not self._equations.parameter_only(item[1]))
+        read = frozenset().union(*(expression.free_symbols for _, expression in writes))
+        solves = read & self._equations.solution or any(slot.argument in COLUMNS for slot, _ in writes)
+        return Draft(moving, (*self._system, *writes) if solves else writes)
+
+    @cached_property
+    def _system(self) -> tuple[Write, ...]:
+        """M, G, [f, gamma], the residuals and q, what vanishes left out."""
+        equations, constraints = self._equations, self._equations.constraints
+        right = enumerate((*equations.forces, *constraints.drifts))
+        return (
+            *matrix_writes(equations.mass, "mass_matrix"),
+            *matrix_writes(constraints.matrix, "constraint_matrix"),
+            *((Slot("right_side", (k,)), value) for k, value in right if value != 0),
+            *((Slot("residuals", (j,)), value) for j, value in enumerate(constraints.residuals) if value != 0),
+            *vector_writes("coordinates", equations.coordinates),
+        )
+
+    def _residuals(self) -> Matrix:
+        """G below M, and beside it the residuals of positions and of velocities."""
+        constraints, n = self._equations.constraints, self._n
+        found = {(n + j, k): value for (j, k), value in constraints.matrix.items()}
+        for column, values in ((n, constraints.residuals), (n + 1, constraints.rates)):
+            found |= {(n + j, column): value for j, value in enumerate(values) if value != 0}
+        return found
+
+    def _tangent(self) -> Matrix:
+        """The derivatives of the residuals of positions by the state, then of those of velocities."""
+        constraints, n = self._equations.constraints, self._n
+        on_positions = [j for j, residual in enumerate(constraints.residuals) if residual != 0]
+        found = {(on_positions.index(j), k): v for (j, k), v in constraints.matrix.items() if j in on_positions}
+        first = len(on_positions)
+        found |= {(first + j, k): value for (j, k), value in constraints.slopes.items()}
+        return found | {(first + j, n + k): value for (j, k), value in constraints.matrix.items()}
+
+    def _slopes(self, variables: tuple[Any, ...]) -> Iterator[Write]:
+        """Columns of forces and drifts by variables, from which those of accelerations come.
+
+        M da/ds + G' dlambda/ds = df/ds - dM/ds a - dG'/ds lambda and G da/ds = dgamma/ds - dG/ds a, for each s.
+        """
+        equations, constraints = self._equations, self._equations.constraints
+        columns = {variable: column for column, variable in enumerate(variables)}
+        forces, drifts = Matrix(), Matrix()
+
+        def add(found: Matrix, row: int, expression: Any, factor: Any = 1) -> None:
+            for variable, value in equations.definitions.gradient(expression, variables).items():
+                at = row, columns[variable]
+                found[at] = found.get(at, se.Integer(0)) + factor * value
+
+        for k, force in enumerate(equations.forces):
+            add(forces, k, force)
+        for (k, j), entry in equations.mass.items():
+            add(forces, k, entry, -equations.accelerations[j])
+            if j != k:
+                add(forces, j, entry, -equations.accelerations[k])
+        for (j, k), entry in constraints.matrix.items():
+            add(forces, k, entry, -constraints.multipliers[j])
+            add(drifts, j, entry, -equations.accelerations[k])
+        for j, drift in enumerate(constraints.drifts):
+            add(drifts, j, drift)
+        yield from matrix_writes(forces, "forces")
+        yield from matrix_writes(drifts, "drifts")
+        rates = Matrix()
+        for i, rate in enumerate(equations.state_rates):
+            add(rates, 2 * self._n + i, rate)
+        yield from matrix_writes(rates)
+
+
+def solution_slots(kernel: str, equations: Equations) -> dict[Any, Slot]:
+    """Where a kernel reads accelerations, multipliers and reactions once they are solved for."""
+    constraints, n = equations.constraints, len(equations.coordinates)
+    slots = {symbol: Slot("right_side", (k,)) for k, symbol in enumerate(equations.accelerations)}
+    for j, symbol in enumerate(constraints.multipliers):
+        slots[symbol] = Slot("multipliers", (j,)) if kernel == "outputs" else Slot("right_side", (n + j,))
+    return slots | {symbol: Slot("reactions", (k,)) for k, symbol in constraints.reactions.items()}
+
+
+@dataclass(frozen=True)
+class Calls:
+    """Lines of a kernel that solves: those that make the arrays, that solve, and that stand at its end."""
+
+    made: tuple[str, ...]
+    solved: tuple[str, ...]
+    last: tuple[str, ...]
+
+
+def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
+    """What a kernel calls for n coordinates and m constraints.
+
+    columns: of the derivatives that it gives. reports: it reads multipliers or reactions.
+    """
+    arrays = "mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace"
+    made, solved, last = [f"{arrays} = equations({n}, {m})"], [f"accelerations({arrays})"], []
+    if kernel in ("jacobian", "input_jacobian"):
+        made += [f"forces = blank({n}, {columns})", f"drifts = blank({m}, {columns})"]
+        first = n if kernel == "jacobian" else 0
+        last.append(f"derivatives(constraint_matrix, workspace, forces, drifts, values[{first}:])")
+    if kernel == "outputs" and reports:
+        made.append(f"multipliers, reactions = outcome({n}, {m})")
+        solved.append("report(constraint_matrix, right_side, workspace, multipliers, reactions)")
+    return Calls(tuple(made), tuple(solved), tuple(last))
+
+
+@cache
+def solving_names() -> frozenset[str]:
+    """Names that a kernel which solves uses beside a model's symbols."""
+    found = (calls(kernel, 1, 1, 1, reports=True) for kernel in ("jacobian", "outputs"))
+    lines = [line for each in found for line in (*each.made, *each.solved, *each.last)]
+    return frozenset(node.id for line in lines for node in ast.walk(ast.parse(line)) if isinstance(node, ast.Name))
+
+
+def runtime_names(text: str) -> list[str]:
+    """The functions of the runner that the text of a module calls, in order."""
+    called = {
+        node.func.id
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    return sorted(called & _RUNTIME)
+
+
+def refuse_size(equations: Equations) -> None:
+    """ModelError where the equations would not fit on the stack."""
+    n, m = len(equations.coordinates), len(equations.constraints)
+    if m and n + m > MOST:
+        count = f"{n} coordinates and {m} constraints"
+        raise ModelError(f"model {equations.system.name}: {count} are too many: {MOST} together can be solved")

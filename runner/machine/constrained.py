@@ -1,0 +1,438 @@
+"""Accelerations under constraints, in compiled code: M a + G' l = f with G a = gamma.
+
+With A = M + G' alpha G and f + G' alpha gamma in place of M and f, a and the multipliers l are the same, and A is
+positive definite where every motion that the constraints allow has inertia: M alone may be singular. A = L L', and
+W = L^-1 G' = Q R, its columns scaled to length 1 and pivoted, so that R' R is the Schur complement G A^-1 G' and the
+diagonal of R tells how far each constraint is from depending on those before it (Golub & Van Loan, Matrix Computations,
+sections 5.4 and 6.2). One that depends on them says nothing of its own and is left out, so a mechanism passes through
+its singular positions and may have redundant constraints. There a and G' l are unique, and multipliers of constraints
+that depend on each other are not.
+
+Generated kernels fill the arrays of `equations`, call `accelerations`, and read what comes of them. Nothing is
+allocated: all arrays stand on the stack, or where the caller keeps them.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import INLINE, LEAN, VIEW, first_item, floats, matrix, uncounted
+
+#: The sine of its angle to those before it below which a constraint depends on them; what a state that is off the
+#: constraints adds, relative to the size of the coordinates; and the greatest value that this gives.
+DEPENDENT, BENT, MOST_BENT = 1e-10, 100.0, 1e-3
+#: A pivot of A, scaled to a diagonal of ones, below which a motion has no inertia.
+MASSLESS = 1e-14
+#: The share of a constraint that was left out in another, below which that one's multiplier is determined.
+SHARED = 1e-8
+
+
+def work_size(n: int, m: int) -> int:
+    """Numbers of the workspace for n coordinates and m constraints, in the order of the functions below."""
+    return n * (n + m) + m * m + 3 * n + 6 * m + 1
+
+
+#: The same in compiled code.
+compiled_work_size = compiled(**INLINE)(work_size)
+
+
+@intrinsic(prefer_literal=True)
+def equations(typing_context: Any, n: Any, m: Any) -> Any:
+    """Arrays of zeros on the stack: M (n, n), G (m, n), [f, gamma] (n + m,), residuals (m,), q (n,), a workspace.
+
+    Of M what stands on and below the diagonal counts. residuals: of constraints on positions; 0 for others.
+    """
+    rows, columns = n.literal_value, m.literal_value
+    shapes = (rows, rows), (columns, rows), (rows + columns,), (columns,), (rows,), (work_size(rows, columns),)
+    return _tuple_of(shapes, n, m)
+
+
+@intrinsic(prefer_literal=True)
+def outcome(typing_context: Any, n: Any, m: Any) -> Any:
+    """Arrays on the stack for what `report` tells: multipliers (m,), reactions (n,)."""
+    return _tuple_of(((m.literal_value,), (n.literal_value,)), n, m)
+
+
+@intrinsic(prefer_literal=True)
+def blank(typing_context: Any, rows: Any, columns: Any) -> Any:
+    """A matrix of zeros on the stack."""
+    shape = rows.literal_value, columns.literal_value
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return _on_the_stack(context, builder, (shape,))[0]
+
+    return _array(shape)(rows, columns), emit
+
+
+def _tuple_of(shapes: tuple[tuple[int, ...], ...], *arguments: Any) -> Any:
+    kinds = types.Tuple([_array(shape) for shape in shapes])
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return context.make_tuple(builder, kinds, _on_the_stack(context, builder, shapes))
+
+    return kinds(*arguments), emit
+
+
+def _array(shape: tuple[int, ...]) -> Any:
+    return types.Array(types.float64, len(shape), "C")
+
+
+def _on_the_stack(context: Any, builder: Any, shapes: tuple[tuple[int, ...], ...]) -> list[Any]:
+    """Arrays of these shapes in one piece of the stack, cleared where this stands."""
+    word, counts = ir.IntType(64), [math.prod(shape) for shape in shapes]
+    with builder.goto_entry_block():
+        piece = builder.alloca(ir.DoubleType(), size=word(sum(counts)))
+    cgutils.memset(builder, piece, word(8 * sum(counts)), 0)
+    made, where = [], builder.ptrtoint(piece, word)
+    for shape, count in zip(shapes, counts, strict=True):
+        made.append(uncounted(_array(shape), context, builder, where, [word(length) for length in shape]))
+        where = builder.add(where, word(8 * count))
+    return made
+
+
+@compiled(**LEAN)
+def accelerations(M, G, right, residuals, q, work):
+    """Overwrite right (n + m,), [f, gamma], with [a, l]; the factors stay in the workspace.
+
+    Multipliers of constraints left out are 0. All are NaN where a motion that the constraints allow has no inertia.
+    """
+    if factorize(M, G, G.shape[0], residuals, q, work):
+        solve(G, work, right)
+    else:
+        for i in range(len(right)):
+            right[i] = np.nan
+
+
+@compiled(**LEAN)
+def derivatives(G, work, forces, drifts, values):
+    """Write derivatives of accelerations (n, columns) to `values`, row by row, after `accelerations`.
+
+    forces (n, columns), drifts (m, columns): the derivatives of what M a + G' l and G a are, at fixed a and l.
+    """
+    (m, n), columns = G.shape, forces.shape[1]
+    right = _scratch(work, n, m)
+    for column in range(columns):
+        for i in range(n):
+            right[i] = forces[i, column]
+        for j in range(m):
+            right[n + j] = drifts[j, column]
+        solve(G, work, right)
+        for i in range(n):
+            values[i * columns + column] = right[i]
+
+
+@compiled(**LEAN)
+def report(G, right, work, multipliers, reactions):
+    """After `accelerations`: multipliers (m,), NaN where undetermined, and the forces -G' l on the coordinates (n,)."""
+    m, n = G.shape
+    for i in range(n):
+        reactions[i] = 0.0
+    for j in range(m):
+        multipliers[j] = right[n + j]
+        for i in range(n):
+            reactions[i] -= G[j, i] * right[n + j]
+    R, order, rank = _triangle(work, n, m), _order(work, n, m), _rank(work, n, m)
+    share = _vector(work, n, m)
+    for left_out in range(rank, m):
+        multipliers[int(order[left_out])] = np.nan
+        for k in range(rank - 1, -1, -1):
+            share[k] = R[k, left_out]
+            for i in range(k + 1, rank):
+                share[k] -= R[k, i] * share[i]
+            share[k] /= R[k, k]
+            if abs(share[k]) > SHARED:
+                multipliers[int(order[k])] = np.nan
+
+
+@compiled(**LEAN)
+def factorize(M, G, count, residuals, q, work):
+    """Factors of M and G in the workspace; False where a motion that the constraints allow has no inertia.
+
+    count: of the constraints that are to hold, the first ones; the others only add to the inertia.
+    """
+    m, n = G.shape
+    _weigh(M, G, work)
+    if not _cholesky(_lower(work, n, m), _scale(work, n, m)):
+        return False
+    _whiten(G, count, work)
+    off, dependent = distance(G, residuals, work), DEPENDENT
+    if off > 0.0:
+        size = magnitude(G, q, work)
+        dependent = min(DEPENDENT + BENT * off / size if size > 0.0 else np.inf, MOST_BENT)
+    _orthogonalize(n, m, work, dependent)
+    return True
+
+
+@compiled(**LEAN)
+def _weigh(M, G, work):
+    """The lower half of A, and alpha: 1 over about what G M^-1 G' has on its diagonal."""
+    m, n = G.shape
+    A, alpha = _lower(work, n, m), _alpha(work, n, m)
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, M[i, i])
+        for k in range(i + 1):
+            A[i, k] = M[i, k]
+    for j in range(m):
+        total = 0.0
+        for i in range(n):
+            if G[j, i] != 0.0:
+                total += G[j, i] * G[j, i] / (M[i, i] if M[i, i] > 0.0 else largest)
+        alpha[j] = 1.0 / total if total > 0.0 else 0.0
+        for i in range(n):
+            if G[j, i] != 0.0:
+                weight = alpha[j] * G[j, i]
+                for k in range(i + 1):
+                    A[i, k] += weight * G[j, k]
+
+
+@compiled(**LEAN)
+def _cholesky(A, scale):
+    """Overwrite A (n, n) with L of D A D, D such that the diagonal is 1; False where a pivot vanishes."""
+    n = len(scale)
+    for i in range(n):
+        if not 0.0 < A[i, i] < np.inf:
+            return False
+        scale[i] = 1.0 / math.sqrt(A[i, i])
+    for i in range(n):
+        for k in range(i + 1):
+            entry = scale[i] * A[i, k] * scale[k]
+            for s in range(k):
+                entry -= A[i, s] * A[k, s]
+            if k < i:
+                A[i, k] = entry * A[k, k]
+            elif not entry > MASSLESS:
+                return False
+            else:
+                A[i, i] = 1.0 / math.sqrt(entry)  # the solutions multiply by it
+    return True
+
+
+@compiled(**LEAN)
+def _whiten(G, count, work):
+    """W = L^-1 D G', its columns, which are rows here, scaled to length 1; norms: what they were, 0 from `count` on."""
+    m, n = G.shape
+    L, W, scale, norms = _lower(work, n, m), _columns(work, n, m), _scale(work, n, m), _norms(work, n, m)
+    for j in range(m):
+        total = 0.0
+        for i in range(n):
+            value = scale[i] * G[j, i] if j < count else 0.0
+            for k in range(i):
+                value -= L[i, k] * W[j, k]
+            W[j, i] = value * L[i, i]
+            total += W[j, i] * W[j, i]
+        norms[j] = math.sqrt(total)
+        for i in range(n):
+            W[j, i] = W[j, i] / norms[j] if norms[j] > 0.0 else 0.0
+
+
+@compiled(**LEAN)
+def distance(G, residuals, work):
+    """About how far a state is from the constraints, in the metric of A, after `factorize`."""
+    m, n = G.shape
+    norms, total = _norms(work, n, m), 0.0
+    for j in range(m):
+        if norms[j] > 0.0:
+            total += (residuals[j] / norms[j]) ** 2
+    return math.sqrt(total)
+
+
+@compiled(**LEAN)
+def magnitude(G, q, work):
+    """The size of the coordinates in the metric of A, |L' D^-1 q|, after `factorize`."""
+    m, n = G.shape
+    L, scale, total = _lower(work, n, m), _scale(work, n, m), 0.0
+    for k in range(n):
+        part = q[k] / scale[k] / L[k, k]
+        for i in range(k + 1, n):
+            part += L[i, k] * q[i] / scale[i]
+        total += part * part
+    return math.sqrt(total)
+
+
+@compiled(**LEAN)
+def _orthogonalize(n, m, work, dependent):
+    """W = Q R by Gram and Schmidt, each column once more against those before it; Q in place of W, largest first."""
+    W, R, order = _columns(work, n, m), _triangle(work, n, m), _order(work, n, m)
+    for j in range(m):
+        order[j] = j
+    rank = 0
+    while rank < m:
+        largest, place = -1.0, rank
+        for j in range(rank, m):
+            size = _dot(W, j, j, n)
+            if size > largest:
+                largest, place = size, j
+        _exchange(W, R, order, n, rank, place)
+        for k in range(rank):
+            share = _dot(W, k, rank, n)
+            R[k, rank] += share
+            _subtract(W, rank, k, share, n)
+        length = math.sqrt(_dot(W, rank, rank, n))
+        if not length > dependent:
+            break
+        R[rank, rank] = length
+        for i in range(n):
+            W[rank, i] /= length
+        for j in range(rank + 1, m):
+            R[rank, j] = _dot(W, rank, j, n)
+            _subtract(W, j, rank, R[rank, j], n)
+        rank += 1
+    _set_rank(work, n, m, rank)
+
+
+@compiled(**LEAN)
+def _dot(W, one, other, n):
+    total = 0.0
+    for i in range(n):
+        total += W[one, i] * W[other, i]
+    return total
+
+
+@compiled(**LEAN)
+def _subtract(W, row, other, share, n):
+    for i in range(n):
+        W[row, i] -= share * W[other, i]
+
+
+@compiled(**LEAN)
+def _exchange(W, R, order, n, one, other):
+    """Exchange two columns, with what R has of them."""
+    if one == other:
+        return
+    order[one], order[other] = order[other], order[one]
+    for i in range(n):
+        W[one, i], W[other, i] = W[other, i], W[one, i]
+    for k in range(one):
+        R[k, one], R[k, other] = R[k, other], R[k, one]
+
+
+@compiled(**LEAN)
+def solve(G, work, right):
+    """Overwrite right (n + m,), [f, gamma], with [a, l], after `factorize`."""
+    m, n = G.shape
+    L, scale, z = _lower(work, n, m), _scale(work, n, m), _vector(work, n, m)
+    gamma, alpha = _drift(work, n, m), _alpha(work, n, m)
+    for j in range(m):
+        gamma[j], right[n + j] = right[n + j], 0.0
+        for i in range(n):
+            right[i] += G[j, i] * alpha[j] * gamma[j]
+    for i in range(n):  # L z = D f
+        z[i] = scale[i] * right[i]
+        for k in range(i):
+            z[i] -= L[i, k] * z[k]
+        z[i] *= L[i, i]
+    _hold(work, right, n, m)
+    for i in range(n - 1, -1, -1):  # L' D^-1 a = z
+        for k in range(i + 1, n):
+            z[i] -= L[k, i] * z[k]
+        z[i] *= L[i, i]
+        right[i] = scale[i] * z[i]
+
+
+@compiled(**LEAN)
+def _hold(work, right, n, m):
+    """Change z so that W' z = gamma, and write the multipliers: R' y = gamma, z + Q (y - Q' z), R l = Q' z - y."""
+    W, R, z = _columns(work, n, m), _triangle(work, n, m), _vector(work, n, m)
+    order, norms, gamma, rank = _order(work, n, m), _norms(work, n, m), _drift(work, n, m), _rank(work, n, m)
+    for k in range(rank):
+        j = int(order[k])
+        y = gamma[j] / norms[j]
+        for s in range(k):
+            y -= R[s, k] * gamma[int(order[s])]
+        y /= R[k, k]
+        excess = -y
+        for i in range(n):
+            excess += W[k, i] * z[i]
+        for i in range(n):
+            z[i] -= excess * W[k, i]
+        gamma[j], right[n + j] = y, excess
+    for k in range(rank - 1, -1, -1):
+        j = int(order[k])
+        for s in range(k + 1, rank):
+            right[n + j] -= R[k, s] * right[n + int(order[s])]
+        right[n + j] /= R[k, k]
+    for k in range(rank):
+        right[n + int(order[k])] /= norms[int(order[k])]
+
+
+@compiled(**VIEW)
+def _part(work, place, length):
+    return floats(first_item(work) + 8 * place, length)
+
+
+@compiled(**VIEW)
+def _lower(work, n, m):
+    """L (n, n), with the reciprocals of its diagonal."""
+    return matrix(first_item(work), n, n)
+
+
+@compiled(**VIEW)
+def _columns(work, n, m):
+    """W and then Q, by columns: (m, n)."""
+    return matrix(first_item(work) + 8 * n * n, m, n)
+
+
+@compiled(**VIEW)
+def _triangle(work, n, m):
+    """R (m, m)."""
+    return matrix(first_item(work) + 8 * n * (n + m), m, m)
+
+
+@compiled(**VIEW)
+def _scale(work, n, m):
+    """The diagonal of D, (n,)."""
+    return _part(work, n * (n + m) + m * m, n)
+
+
+@compiled(**VIEW)
+def _vector(work, n, m):
+    """Scratch, (n + m,)."""
+    return _part(work, n * (n + m) + m * m + n, n + m)
+
+
+@compiled(**VIEW)
+def _alpha(work, n, m):
+    """Alpha, (m,)."""
+    return _part(work, n * (n + m) + m * m + 2 * n + m, m)
+
+
+@compiled(**VIEW)
+def _norms(work, n, m):
+    """Lengths that the columns of W had, (m,)."""
+    return _part(work, n * (n + m) + m * m + 2 * n + 2 * m, m)
+
+
+@compiled(**VIEW)
+def _drift(work, n, m):
+    """Scratch, (m,)."""
+    return _part(work, n * (n + m) + m * m + 2 * n + 3 * m, m)
+
+
+@compiled(**VIEW)
+def _order(work, n, m):
+    """The constraints in the order of their pivots, (m,); those left out stand last."""
+    return _part(work, n * (n + m) + m * m + 2 * n + 4 * m, m)
+
+
+@compiled(**LEAN)
+def _rank(work, n, m):
+    """How many constraints are independent."""
+    return int(_part(work, n * (n + m) + m * m + 2 * n + 5 * m, 1)[0])
+
+
+@compiled(**LEAN)
+def _set_rank(work, n, m, rank):
+    _part(work, n * (n + m) + m * m + 2 * n + 5 * m, 1)[0] = rank
+
+
+@compiled(**VIEW)
+def _scratch(work, n, m):
+    """Where `derivatives` gathers a column, (n + m,)."""
+    return _part(work, n * (n + m) + m * m + 2 * n + 5 * m + 1, n + m)

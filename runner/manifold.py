@@ -1,0 +1,73 @@
+"""The constraints of a model at a point: what they say there, in arrays of NumPy, for what happens once a run."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qddot.runner.load import Model
+from qddot.runner.problem import Held
+from qddot.runner.tables import Constraint
+
+Vector = NDArray[np.float64]
+
+#: Sine of the smallest angle between independent constraints.
+DEPENDENT = 1e-9
+
+
+@dataclass(frozen=True)
+class Point:
+    """The constraints at a state: M (n, n), G (m, n), residuals of positions (n_positions,) and of velocities (m,)."""
+
+    M: Vector
+    G: Vector
+    positions: Vector
+    velocities: Vector
+
+
+@dataclass(frozen=True)
+class Manifold:
+    """The constraints of a model with constants c, at time t with inputs u; those on positions first."""
+
+    model: Model
+    c: Vector
+    t: float
+    u: Vector
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Their names, units and meanings."""
+        return self.model.tables.constraints
+
+    @property
+    def n_positions(self) -> int:
+        """How many are on positions."""
+        return self.model.tables.n_positions
+
+    def at(self, x: Vector) -> Point:
+        """What they say of a state x (n_states,)."""
+        n = self.model.tables.coordinates
+        whole = self.model.matrix("constraints")(self.t, x, self.u, self.c)
+        M = whole[:n, :n] + np.tril(whole[:n, :n], -1).T
+        return Point(M, whole[n:, :n], whole[n : n + self.n_positions, n], whole[n:, n + 1])
+
+    def tangent(self, x: Vector) -> Vector:
+        """Columns (n_states, k), orthonormal, of the directions in which a state on the constraints may change."""
+        return null_space(self.model.matrix("tangent")(self.t, x, self.u, self.c))
+
+
+def held_by(model: Model) -> Held | None:
+    """The constraints on which a run of a model is kept after each step."""
+    tables = model.tables
+    if not tables.projected:
+        return None
+    return Held(model.matrix("constraints"), tables.coordinates, len(tables.constraints), tables.n_positions)
+
+
+def null_space(rows: Vector) -> Vector:
+    """Columns (n, k), orthonormal, on which rows (m, n) vanish; each row counts by its direction alone."""
+    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+    _, values, V = np.linalg.svd(rows / np.where(sizes > 0, sizes, 1.0))
+    rank = int(np.count_nonzero(values > DEPENDENT))
+    directions: Vector = V[rank:].T
+    return directions

@@ -1,0 +1,269 @@
+"""Models with constraints for tests, and how far a solution is from them."""
+
+import numpy as np
+from sympy import Matrix, Rational, Symbol, cos, pi, sin, sqrt, symbols
+
+from qddot.model import Constraint, Coordinate, Output, Parameter, Quantity, Rolling, System
+from qddot.model.frames import about, from_quaternion, kinetic_energy, norm, rates_of, velocity
+
+HALF = Rational(1, 2)
+
+
+def coordinates(unit, names):
+    return [Coordinate(Symbol(name), unit, f"coordinate {name}") for name in names.split()]
+
+
+def parameters(**values):
+    """name = (default, unit)."""
+    return [Parameter(Symbol(name), value, unit, f"parameter {name}") for name, (value, unit) in values.items()]
+
+
+def spherical_pendulum(**changes):
+    """In Cartesian coordinates, z up."""
+    x, y, z, m, L, g = symbols("x y z m L g")
+    xdot, ydot, zdot = symbols("xdot ydot zdot")
+    given = {
+        "name": "spherical_pendulum",
+        "title": "Spherical pendulum in Cartesian coordinates",
+        "coordinates": coordinates("m", "x y z"),
+        "parameters": parameters(m=(1.5, "kg"), L=(0.7, "m"), g=(9.81, "m/s^2")),
+        "kinetic_energy": HALF * m * (xdot**2 + ydot**2 + zdot**2),
+        "potential_energy": m * g * z,
+        "constraints": [Constraint(Symbol("lam"), x**2 + y**2 + z**2 - L**2, "N/m", "the rod")],
+    }
+    return System(**given | changes)
+
+
+def slider_crank():
+    """Crank r, connecting rod l, slider at x; in line: it passes its dead points."""
+    a, b, x, r, l_, m_1, m_2, m_3, c, M = symbols("alpha beta x r l m_1 m_2 m_3 c M")
+    adot, bdot, xdot = symbols("alphadot betadot xdot")
+    across = -r * sin(a) * adot - l_ / 2 * sin(b) * bdot
+    up = r * cos(a) * adot + l_ / 2 * cos(b) * bdot
+    return System(
+        name="slider_crank",
+        title="Slider-crank",
+        coordinates=[*coordinates("rad", "alpha beta"), *coordinates("m", "x")],
+        parameters=parameters(
+            r=(0.1, "m"),
+            l=(0.3, "m"),
+            m_1=(1.0, "kg"),
+            m_2=(0.8, "kg"),
+            m_3=(0.6, "kg"),
+            c=(20.0, "N s/m"),
+            M=(2.0, "N m"),
+        ),
+        kinetic_energy=m_1 * r**2 * adot**2 / 6
+        + HALF * m_2 * (across**2 + up**2)
+        + m_2 * l_**2 * bdot**2 / 24
+        + HALF * m_3 * xdot**2,
+        dissipation=HALF * c * xdot**2,
+        generalized_forces={a: M},
+        constraints=[
+            Constraint(Symbol("lam_x"), r * cos(a) + l_ * cos(b) - x, "N", "pin of the slider, along"),
+            Constraint(Symbol("lam_y"), r * sin(a) + l_ * sin(b), "N", "pin of the slider, across"),
+        ],
+    )
+
+
+def rolling_disc():
+    """A thin disc on a rough plane: place of its centre, heading psi, lean theta, turn phi."""
+    x, y, z, psi, theta, phi = q = symbols("x y z psi theta phi")
+    m, R, g = symbols("m R g")
+    rates = rates_of(*q)
+    turned = about("z", psi) @ about("x", theta) @ about("y", phi)
+    frame = about("z", psi) @ about("x", theta)  # leans with the disc, does not turn with it
+    lowest = frame * (0, 0, -R)
+    speed = velocity((x, y, z), rates)
+    omega = turned.matrix * turned.angular_velocity
+    slip = speed + Matrix(omega).cross(Matrix(lowest))
+    return System(
+        name="rolling_disc",
+        title="Disc that rolls on a plane",
+        coordinates=[*coordinates("m", "x y z"), *coordinates("rad", "psi theta phi")],
+        parameters=parameters(m=(2.0, "kg"), R=(0.25, "m"), g=(9.81, "m/s^2")),
+        kinetic_energy=kinetic_energy(m, (m * R**2 / 4, m * R**2 / 2, m * R**2 / 4), speed, turned.angular_velocity),
+        potential_energy=m * g * z,
+        constraints=[
+            Rolling(Symbol("mu_x"), slip[0], "N", "no slip along x"),
+            Rolling(Symbol("mu_y"), slip[1], "N", "no slip along y"),
+            Constraint(Symbol("lam"), z - R * cos(theta), "N", "contact"),
+        ],
+    )
+
+
+def satellite():
+    """A free rigid body by a quaternion; its angular momentum in space as outputs."""
+    q = symbols("q_0:4")
+    I_x, I_y, I_z = symbols("I_x I_y I_z")
+    turned = from_quaternion(q)
+    w = turned.angular_velocity
+    momentum = turned * (I_x * w[0], I_y * w[1], I_z * w[2])
+    return System(
+        name="satellite",
+        title="Satellite by a quaternion",
+        coordinates=[Coordinate(each, "1", "component of the quaternion") for each in q],
+        parameters=parameters(I_x=(1.0, "kg m^2"), I_y=(2.0, "kg m^2"), I_z=(2.6, "kg m^2")),
+        kinetic_energy=HALF * (I_x * w[0] ** 2 + I_y * w[1] ** 2 + I_z * w[2] ** 2),
+        constraints=[Constraint(Symbol("lam"), norm(q), "N m", "length of the quaternion")],
+        outputs=[
+            *(Output(Symbol(f"H_{k}"), h, "N m s", "angular momentum") for k, h in zip("xyz", momentum, strict=True)),
+            *(Output(Symbol(f"w_{k}"), each, "rad/s", "angular velocity") for k, each in zip("xyz", w, strict=True)),
+        ],
+    )
+
+
+def squeezer():
+    """Andrews' squeezing mechanism: Hairer & Wanner II, section VII.7, and the test set of Bari."""
+    beta, theta, gamma, phi, delta, omega, epsilon = q = symbols("beta theta gamma phi delta omega epsilon")
+    v = [Symbol(f"{name}dot") for name in map(str, q)]
+    m = dict(zip(range(1, 8), (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498), strict=True))
+    inertia = (2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
+    i = dict(zip(range(1, 8), inertia, strict=True))
+    xa, ya, xb, yb, xc, yc, c_0, l_0 = -0.06934, -0.00227, -0.03635, 0.03273, 0.014, 0.072, 4530.0, 0.07785
+    d, da, e, ea, rr, ra, ss, sa = 0.028, 0.0115, 0.02, 0.01421, 0.007, 0.00092, 0.035, 0.01874
+    sb, sc, sd, ta, tb, u, ua, ub = 0.01043, 0.018, 0.02, 0.02308, 0.00916, 0.04, 0.01228, 0.00449
+    zf, zt, fa = 0.02, 0.04, 0.01421
+    mass = {
+        (0, 0): m[1] * ra**2 + m[2] * (rr**2 - 2 * da * rr * cos(theta) + da**2) + i[1] + i[2],
+        (1, 0): m[2] * (da**2 - da * rr * cos(theta)) + i[2],
+        (1, 1): m[2] * da**2 + i[2],
+        (2, 2): m[3] * (sa**2 + sb**2) + i[3],
+        (3, 3): m[4] * (e - ea) ** 2 + i[4],
+        (4, 3): m[4] * ((e - ea) ** 2 + zt * (e - ea) * sin(phi)) + i[4],
+        (4, 4): m[4] * (zt**2 + 2 * zt * (e - ea) * sin(phi) + (e - ea) ** 2) + m[5] * (ta**2 + tb**2) + i[4] + i[5],
+        (5, 5): m[6] * (zf - fa) ** 2 + i[6],
+        (6, 5): m[6] * ((zf - fa) ** 2 - u * (zf - fa) * sin(omega)) + i[6],
+        (6, 6): m[6] * ((zf - fa) ** 2 - 2 * u * (zf - fa) * sin(omega) + u**2) + m[7] * (ua**2 + ub**2) + i[6] + i[7],
+    }
+    xd, yd = sd * cos(gamma) + sc * sin(gamma) + xb, sd * sin(gamma) - sc * cos(gamma) + yb
+    spring = sqrt((xd - xc) ** 2 + (yd - yc) ** 2)
+    x, y = rr * cos(beta) - d * cos(beta + theta), rr * sin(beta) - d * sin(beta + theta)
+    closed = (
+        x - ss * sin(gamma) - xb,
+        y + ss * cos(gamma) - yb,
+        x - e * sin(phi + delta) - zt * cos(delta) - xa,
+        y + e * cos(phi + delta) - zt * sin(delta) - ya,
+        x - zf * cos(omega + epsilon) - u * sin(epsilon) - xa,
+        y - zf * sin(omega + epsilon) + u * cos(epsilon) - ya,
+    )
+    names = symbols("lam_1:7")
+    return System(
+        name="squeezer",
+        title="Andrews' squeezing mechanism",
+        coordinates=coordinates("rad", " ".join(map(str, q))),
+        parameters=parameters(mom=(0.033, "N m")),
+        kinetic_energy=HALF * sum((1 if k == j else 2) * entry * v[k] * v[j] for (k, j), entry in mass.items()),
+        potential_energy=HALF * c_0 * (spring - l_0) ** 2,
+        generalized_forces={beta: Symbol("mom")},
+        constraints=[Constraint(name, f, "N", "a pin") for name, f in zip(names, closed, strict=True)],
+    )
+
+
+def parallel_cranks():
+    """A bar on three parallel cranks of one length: one constraint too many, wherever the cranks stand."""
+    t1, t2, t3, a, m, g = symbols("theta_1 theta_2 theta_3 a m g")
+    w1, w2, w3 = symbols("thetadot_1 thetadot_2 thetadot_3")
+    pins = []
+    for k, t in ((2, t2), (3, t3)):
+        pins.append(Constraint(Symbol(f"lam_{k}x"), a * cos(t) - a * cos(t1), "N", f"bar and crank {k}, along"))
+        pins.append(Constraint(Symbol(f"lam_{k}y"), a * sin(t) - a * sin(t1), "N", f"bar and crank {k}, across"))
+    return System(
+        name="parallel_cranks",
+        title="A bar on three parallel cranks",
+        coordinates=coordinates("rad", "theta_1 theta_2 theta_3"),
+        parameters=parameters(a=(0.4, "m"), m=(2.0, "kg"), g=(9.81, "m/s^2")),
+        kinetic_energy=m * a**2 * (w1**2 + w2**2 + w3**2) / 6 + HALF * m * a**2 * w1**2,
+        potential_energy=m * g * a * (HALF * (sin(t1) + sin(t2) + sin(t3)) + sin(t1)),
+        constraints=pins,
+    )
+
+
+class Named:
+    """Quantities that a long model is written with, each component of a vector under a name of its own."""
+
+    def __init__(self):
+        self.quantities = []
+
+    def __call__(self, name, vector, unit):
+        symbols_ = [Symbol(f"{name}_{axis}") for axis in "xyz"]
+        for symbol, each in zip(symbols_, vector, strict=True):
+            self.quantities.append(Quantity(symbol, each, unit, f"component of {name}"))
+        return Matrix(symbols_)
+
+
+def bicycle():
+    """The benchmark bicycle: J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955-1982, table 1; z points down."""
+    names = symbols("x y z psi phi theta delta theta_R theta_F")
+    x, y, z, psi, phi, theta, delta, theta_r, theta_f = names
+    rates, named = rates_of(*names), Named()
+    w, c, tilt, g, r_r, r_f = 1.02, 0.08, pi / 10, Symbol("g"), 0.3, 0.35
+    frame = about("z", psi) @ about("x", phi) @ about("y", theta)
+    turn = about("y", tilt, 0) @ about("z", delta) @ about("y", -tilt, 0)
+    omega = named("omega_B", frame.angular_velocity, "rad/s")
+    omega_f = named("omega_H", turn.matrix.T * omega + Matrix(turn.angular_velocity), "rad/s")
+    axes = [named(f"axis_{k}", frame.matrix[:, k], "1") for k in range(3)]
+    axes_f = [named(f"fork_{k}", Matrix.hstack(*axes) * turn.matrix[:, k], "1") for k in range(3)]
+    rear = Matrix([x, y, z])
+
+    def point(place, about_frame, about_fork=(0, 0, 0)):
+        """A place and its velocity, by what it is from the rear wheel's centre in the frame and the fork."""
+        pairs = ((axes, omega, about_frame), (axes_f, omega_f, about_fork))
+        position, speed = rear, Matrix([rates[each] for each in rear])
+        for base, turning, arm in pairs:
+            across = Matrix(turning).cross(Matrix(arm))
+            position = position + sum((a * b for a, b in zip(arm, base, strict=True)), Matrix([0, 0, 0]))
+            speed = speed + sum((a * b for a, b in zip(across, base, strict=True)), Matrix([0, 0, 0]))
+        return position, named(f"v_{place}", speed, "m/s")
+
+    head = (w + c, 0, r_r)
+    spins = [omega + Matrix([0, rates[theta_r], 0]), omega_f + Matrix([0, rates[theta_f], 0])]
+    centres = {
+        "R": point("R", (0, 0, 0)),
+        "B": point("B", (0.3, 0, -0.9 + r_r)),
+        "H": point("H", head, (0.9 - w - c, 0, -0.7)),
+        "F": point("F", head, (-c, 0, -r_f)),
+    }
+    steering = Matrix([[0.05892, 0, -0.00756], [0, 0.06, 0], [-0.00756, 0, 0.00708]])
+    bodies = {
+        "R": (2.0, (0.0603, 0.12, 0.0603), spins[0]),
+        "B": (85.0, Matrix([[9.2, 0, 2.4], [0, 11.0, 0], [2.4, 0, 2.8]]), omega),
+        "H": (4.0, steering, omega_f),
+        "F": (3.0, (0.1405, 0.28, 0.1405), spins[1]),
+    }
+    constraints = []
+    for name, base, radius, spin in (("R", axes, r_r, spins[0]), ("F", axes_f, r_f, spins[1])):
+        centre, speed = centres[name]
+        axle = base[1]
+        size = sqrt(1 - axle[2] ** 2)
+        lowest = named(f"low_{name}", radius * (Matrix([0, 0, 1]) - axle[2] * axle) / size, "m")
+        whole = named(f"spin_{name}", sum((a * b for a, b in zip(spin, base, strict=True)), Matrix([0, 0, 0])), "rad/s")
+        slip = speed + whole.cross(lowest)
+        constraints += [
+            Constraint(Symbol(f"lam_{name}"), centre[2] + radius * size, "N", f"contact, {name}"),
+            Rolling(Symbol(f"mu_{name}x"), slip[0], "N", f"no slip along x, {name}"),
+            Rolling(Symbol(f"mu_{name}y"), slip[1], "N", f"no slip along y, {name}"),
+        ]
+    return System(
+        name="bicycle",
+        title="Benchmark bicycle",
+        coordinates=[*coordinates("m", "x y z"), *coordinates("rad", "psi phi theta delta theta_R theta_F")],
+        parameters=parameters(g=(9.81, "m/s^2")),
+        quantities=named.quantities,
+        kinetic_energy=sum(
+            kinetic_energy(mass, inertia, centres[name][1], spin) for name, (mass, inertia, spin) in bodies.items()
+        ),
+        potential_energy=sum(-mass * g * centres[name][0][2] for name, (mass, *_) in bodies.items()),
+        constraints=constraints,
+    )
+
+
+def off(model, solution, parameters_=None):
+    """The greatest residuals of positions and of velocities at the saved points."""
+    constraints, c = model.matrix("constraints"), model.constants(model.parameter_values(parameters_))
+    n, greatest = model.tables.coordinates, np.zeros(2)
+    states = np.array([solution[name] for name in model.state_names]).T
+    for t, x in zip(solution.t, np.ascontiguousarray(states), strict=True):
+        whole = constraints(t, x, np.zeros(1), c)
+        greatest = np.maximum(greatest, np.abs(whole[n:, n:]).max(axis=0))
+    return greatest
