@@ -216,11 +216,19 @@ def test_a_table_has_no_taylor_series(brake):
         qddot.simulate(brake, (0.0, 0.1), initial={"xdot": 1.0}, inputs={"F": 0.0}, method="taylor")
 
 
-def test_a_run_that_leaves_a_table_says_so(brake):
-    with pytest.raises(
-        qddot.IntegrationError, match=r"beyond the points of a table that refuses it: area \(0 to 0\.75 m\)"
-    ):
-        qddot.simulate(brake, (0.0, 1.0), initial={"xdot": 60.0}, inputs={"F": 0.0}, method="dop853")
+@pytest.mark.parametrize("method", ["tsit5", "dop853", "rodas5p", "ode15s"])
+def test_a_run_that_leaves_a_table_says_so(brake, method):
+    """Slowly, too: where a step that the time still sees no longer moves the recoil, it must not creep for ever."""
+    message = r"beyond the points of a table that refuses it: area \(0 to 0\.75 m\)"
+    with pytest.raises(qddot.IntegrationError, match=message):
+        qddot.simulate(brake, (0.0, 1.0), initial={"xdot": 60.0}, inputs={"F": 0.0}, method=method, max_steps=20_000)
+
+
+def test_a_lane_that_leaves_a_table_ends_there(brake):
+    settings = {"inputs": {"F": 0.0}, "method": "tsit5", "max_steps": 20_000, "output_times": [0.05]}
+    batch = qddot.simulate_batch(brake, (0.0, 0.05), initial={"xdot": np.array([12.0, 60.0])}, **settings)
+    assert batch.failed_state[0] == ""
+    assert batch.failed_state[1] in ("x", "xdot")
 
 
 # From files

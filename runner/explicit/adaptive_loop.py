@@ -93,11 +93,14 @@ def take_good_step(space, pair, control, course, log):
             break
         failures += 1
         course.failed_attempts += 1
-        if min(size, h) <= least:
+        smaller = h * after_failure(control, error, failures)
+        if min(size, h) <= least or (
+            not error < np.inf and smaller <= least
+        ):  # beside a wall steps would creep for ever
             scale(space, control, ERROR)
             course.failed_state = largest(space)
             return STEP_UNDERFLOW if error < np.inf else NON_FINITE
-        size = max(least, h * after_failure(control, error, failures))
+        size = max(least, smaller)
     course.size = h * after_success(control, error, course.last_error, failures > 0)
     if landing and failures == 0:
         course.size = max(course.size, proposed)

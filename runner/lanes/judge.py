@@ -66,7 +66,7 @@ def judge_steps(rows, factors):
         larger = h * after_success(factors, error, its.last_error, failures > 0.0)
         larger = proposed if lands & (failures == 0.0) & (larger < proposed) else larger
         smaller = at_least(least, h * after_failure(factors, error, failures + 1.0))
-        stuck = active & (not good) & ((tried <= least) | (h <= least))
+        stuck = active & (not good) & ((tried <= least) | (h <= least) | ((smaller <= least) & (not error < math.inf)))
         target = its.stop if lands else its.t + h
         its.next = larger if good else its.next
         its.tried = tried if good else smaller

@@ -128,7 +128,7 @@ def _solve(space, s, v):
         s.failed_attempts += 1
         if not s.fresh_jacobian:
             _renew_jacobian(space, s, v)
-        elif s.h <= s.h_min:
+        elif s.h <= s.h_min or (outcome == BLEW_UP and 0.3 * s.h <= s.h_min):
             worst = s.worst
             culprit = find_non_finite(space, s, v)
             s.failed_state = culprit if culprit >= 0 else worst

@@ -68,13 +68,14 @@ def take_good_step(space, s, v):
             return RUNNING
         failures += 1
         s.failed_attempts += 1
-        if s.h <= s.h_min:
+        smaller = s.h * after_failure(s, error, failures)
+        if s.h <= s.h_min or (not error < np.inf and smaller <= s.h_min):
             worst = s.worst
             culprit = find_non_finite(space, s, v)
             s.failed_state = culprit if culprit >= 0 else worst
             return STEP_UNDERFLOW if error < np.inf and culprit < 0 else NON_FINITE
         s.reaches_end = False
-        s.h = max(s.h_min, s.h * after_failure(s, error, failures))
+        s.h = max(s.h_min, smaller)
 
 
 @compiled(**LEAN)
