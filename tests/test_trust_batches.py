@@ -392,9 +392,9 @@ def test_a_signal_ends_a_batch_with_a_word_and_its_number(tmp_path, number, whol
 def test_sigterm_ends_any_command_with_a_word_and_nothing_half_written(tmp_path):
     code = """
 import os, signal, sys
+from importlib import import_module
 from pathlib import Path
 from qddot.command_line import main
-from qddot.commands import COMMANDS
 from qddot.runner.files import written_aside
 def half(what):
     with written_aside(Path(sys.argv[2])) as aside:
@@ -402,7 +402,8 @@ def half(what):
         os.kill(os.getpid(), signal.SIGTERM)
         aside.write_text("whole")
     return 0
-COMMANDS["list"] = COMMANDS["list"]._replace(function=half)
+listing = import_module("qddot.commands.list")
+listing.COMMAND = listing.COMMAND._replace(function=half)
 main()
 """
     (tmp_path / "it").write_text("old")
