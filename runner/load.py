@@ -22,8 +22,9 @@ from qddot.runner import abi, notebook
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.machine.compiled import keeping_module
 from qddot.runner.matrices import PlacedKernel
+from qddot.runner.read_tables import LoadError, read_tables
 from qddot.runner.stale import fitting, kernel_digest
-from qddot.runner.tables import LoadError, Tables, read_tables
+from qddot.runner.tables import Tables
 from qddot.words import counted
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
