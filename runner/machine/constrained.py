@@ -13,16 +13,45 @@ allocated: all arrays stand on the stack, or where the caller keeps them.
 """
 
 import math
-from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, VIEW, first_item, floats, matrix, uncounted
+from qddot.runner.machine.constrained_work import (
+    alpha_of,
+    blank,
+    columns_of,
+    compiled_work_size,
+    drift_of,
+    equations,
+    lower_of,
+    norms_of,
+    order_of,
+    outcome,
+    rank_of,
+    scale_of,
+    scratch_of,
+    set_rank,
+    triangle_of,
+    vector_of,
+    work_size,
+)
+from qddot.runner.machine.memory import LEAN
+
+__all__ = [
+    "accelerations",
+    "blank",
+    "compiled_work_size",
+    "derivatives",
+    "distance",
+    "equations",
+    "factorize",
+    "magnitude",
+    "outcome",
+    "report",
+    "solve",
+    "work_size",
+]
 
 #: The sine of its angle to those before it below which a constraint depends on them; what a state that is off the
 #: constraints adds, relative to the size of the coordinates; and the greatest value that this gives.
@@ -31,69 +60,6 @@ DEPENDENT, BENT, MOST_BENT = 1e-10, 100.0, 1e-3
 MASSLESS = 1e-14
 #: The share of a constraint that was left out in another, below which that one's multiplier is determined.
 SHARED = 1e-8
-
-
-def work_size(n: int, m: int) -> int:
-    """Numbers of the workspace for n coordinates and m constraints, in the order of the functions below."""
-    return n * (n + m) + m * m + 3 * n + 6 * m + 1
-
-
-#: The same in compiled code.
-compiled_work_size = compiled(**INLINE)(work_size)
-
-
-@intrinsic(prefer_literal=True)
-def equations(typing_context: Any, n: Any, m: Any) -> Any:
-    """Arrays of zeros on the stack: M (n, n), G (m, n), [f, gamma] (n + m,), residuals (m,), q (n,), a workspace.
-
-    Of M what stands on and below the diagonal counts. residuals: of constraints on positions; 0 for others.
-    """
-    rows, columns = n.literal_value, m.literal_value
-    shapes = (rows, rows), (columns, rows), (rows + columns,), (columns,), (rows,), (work_size(rows, columns),)
-    return _tuple_of(shapes, n, m)
-
-
-@intrinsic(prefer_literal=True)
-def outcome(typing_context: Any, n: Any, m: Any) -> Any:
-    """Arrays on the stack for what `report` tells: multipliers (m,), reactions (n,)."""
-    return _tuple_of(((m.literal_value,), (n.literal_value,)), n, m)
-
-
-@intrinsic(prefer_literal=True)
-def blank(typing_context: Any, rows: Any, columns: Any) -> Any:
-    """A matrix of zeros on the stack."""
-    shape = rows.literal_value, columns.literal_value
-
-    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return _on_the_stack(context, builder, (shape,))[0]
-
-    return _array(shape)(rows, columns), emit
-
-
-def _tuple_of(shapes: tuple[tuple[int, ...], ...], *arguments: Any) -> Any:
-    kinds = types.Tuple([_array(shape) for shape in shapes])
-
-    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return context.make_tuple(builder, kinds, _on_the_stack(context, builder, shapes))
-
-    return kinds(*arguments), emit
-
-
-def _array(shape: tuple[int, ...]) -> Any:
-    return types.Array(types.float64, len(shape), "C")
-
-
-def _on_the_stack(context: Any, builder: Any, shapes: tuple[tuple[int, ...], ...]) -> list[Any]:
-    """Arrays of these shapes in one piece of the stack, cleared where this stands."""
-    word, counts = ir.IntType(64), [math.prod(shape) for shape in shapes]
-    with builder.goto_entry_block():
-        piece = builder.alloca(ir.DoubleType(), size=word(sum(counts)))
-    cgutils.memset(builder, piece, word(8 * sum(counts)), 0)
-    made, where = [], builder.ptrtoint(piece, word)
-    for shape, count in zip(shapes, counts, strict=True):
-        made.append(uncounted(_array(shape), context, builder, where, [word(length) for length in shape]))
-        where = builder.add(where, word(8 * count))
-    return made
 
 
 @compiled(**LEAN)
@@ -116,7 +82,7 @@ def derivatives(G, work, forces, drifts, values):
     forces (n, columns), drifts (m, columns): the derivatives of what M a + G' l and G a are, at fixed a and l.
     """
     (m, n), columns = G.shape, forces.shape[1]
-    right = _scratch(work, n, m)
+    right = scratch_of(work, n, m)
     for column in range(columns):
         for i in range(n):
             right[i] = forces[i, column]
@@ -137,8 +103,8 @@ def report(G, right, work, multipliers, reactions):
         multipliers[j] = right[n + j]
         for i in range(n):
             reactions[i] -= G[j, i] * right[n + j]
-    R, order, rank = _triangle(work, n, m), _order(work, n, m), _rank(work, n, m)
-    share = _vector(work, n, m)
+    R, order, rank = triangle_of(work, n, m), order_of(work, n, m), rank_of(work, n, m)
+    share = vector_of(work, n, m)
     for left_out in range(rank, m):
         multipliers[int(order[left_out])] = np.nan
         for k in range(rank - 1, -1, -1):
@@ -158,7 +124,7 @@ def factorize(M, G, count, residuals, q, work):
     """
     m, n = G.shape
     _weigh(M, G, work)
-    if not _cholesky(_lower(work, n, m), _scale(work, n, m)):
+    if not _cholesky(lower_of(work, n, m), scale_of(work, n, m)):
         return False
     _whiten(G, count, work)
     off, dependent = distance(G, residuals, work), DEPENDENT
@@ -173,7 +139,7 @@ def factorize(M, G, count, residuals, q, work):
 def _weigh(M, G, work):
     """The lower half of A, and alpha: 1 over about what G M^-1 G' has on its diagonal."""
     m, n = G.shape
-    A, alpha = _lower(work, n, m), _alpha(work, n, m)
+    A, alpha = lower_of(work, n, m), alpha_of(work, n, m)
     largest = 0.0
     for i in range(n):
         largest = max(largest, M[i, i])
@@ -218,7 +184,7 @@ def _cholesky(A, scale):
 def _whiten(G, count, work):
     """W = L^-1 D G', its columns, which are rows here, scaled to length 1; norms: what they were, 0 from `count` on."""
     m, n = G.shape
-    L, W, scale, norms = _lower(work, n, m), _columns(work, n, m), _scale(work, n, m), _norms(work, n, m)
+    L, W, scale, norms = lower_of(work, n, m), columns_of(work, n, m), scale_of(work, n, m), norms_of(work, n, m)
     for j in range(m):
         total = 0.0
         for i in range(n):
@@ -236,7 +202,7 @@ def _whiten(G, count, work):
 def distance(G, residuals, work):
     """About how far a state is from the constraints, in the metric of A, after `factorize`."""
     m, n = G.shape
-    norms, total = _norms(work, n, m), 0.0
+    norms, total = norms_of(work, n, m), 0.0
     for j in range(m):
         if norms[j] > 0.0:
             total += (residuals[j] / norms[j]) ** 2
@@ -247,7 +213,7 @@ def distance(G, residuals, work):
 def magnitude(G, q, work):
     """The size of the coordinates in the metric of A, |L' D^-1 q|, after `factorize`."""
     m, n = G.shape
-    L, scale, total = _lower(work, n, m), _scale(work, n, m), 0.0
+    L, scale, total = lower_of(work, n, m), scale_of(work, n, m), 0.0
     for k in range(n):
         part = q[k] / scale[k] / L[k, k]
         for i in range(k + 1, n):
@@ -259,7 +225,7 @@ def magnitude(G, q, work):
 @compiled(**LEAN)
 def _orthogonalize(n, m, work, dependent):
     """W = Q R by Gram and Schmidt, each column once more against those before it; Q in place of W, largest first."""
-    W, R, order = _columns(work, n, m), _triangle(work, n, m), _order(work, n, m)
+    W, R, order = columns_of(work, n, m), triangle_of(work, n, m), order_of(work, n, m)
     for j in range(m):
         order[j] = j
     rank = 0
@@ -284,7 +250,7 @@ def _orthogonalize(n, m, work, dependent):
             R[rank, j] = _dot(W, rank, j, n)
             _subtract(W, j, rank, R[rank, j], n)
         rank += 1
-    _set_rank(work, n, m, rank)
+    set_rank(work, n, m, rank)
 
 
 @compiled(**LEAN)
@@ -317,8 +283,8 @@ def _exchange(W, R, order, n, one, other):
 def solve(G, work, right):
     """Overwrite right (n + m,), [f, gamma], with [a, l], after `factorize`."""
     m, n = G.shape
-    L, scale, z = _lower(work, n, m), _scale(work, n, m), _vector(work, n, m)
-    gamma, alpha = _drift(work, n, m), _alpha(work, n, m)
+    L, scale, z = lower_of(work, n, m), scale_of(work, n, m), vector_of(work, n, m)
+    gamma, alpha = drift_of(work, n, m), alpha_of(work, n, m)
     for j in range(m):
         gamma[j], right[n + j] = right[n + j], 0.0
         for i in range(n):
@@ -339,8 +305,8 @@ def solve(G, work, right):
 @compiled(**LEAN)
 def _hold(work, right, n, m):
     """Change z so that W' z = gamma, and write the multipliers: R' y = gamma, z + Q (y - Q' z), R l = Q' z - y."""
-    W, R, z = _columns(work, n, m), _triangle(work, n, m), _vector(work, n, m)
-    order, norms, gamma, rank = _order(work, n, m), _norms(work, n, m), _drift(work, n, m), _rank(work, n, m)
+    W, R, z = columns_of(work, n, m), triangle_of(work, n, m), vector_of(work, n, m)
+    order, norms, gamma, rank = order_of(work, n, m), norms_of(work, n, m), drift_of(work, n, m), rank_of(work, n, m)
     for k in range(rank):
         j = int(order[k])
         y = gamma[j] / norms[j]
@@ -360,79 +326,3 @@ def _hold(work, right, n, m):
         right[n + j] /= R[k, k]
     for k in range(rank):
         right[n + int(order[k])] /= norms[int(order[k])]
-
-
-@compiled(**VIEW)
-def _part(work, place, length):
-    return floats(first_item(work) + 8 * place, length)
-
-
-@compiled(**VIEW)
-def _lower(work, n, m):
-    """L (n, n), with the reciprocals of its diagonal."""
-    return matrix(first_item(work), n, n)
-
-
-@compiled(**VIEW)
-def _columns(work, n, m):
-    """W and then Q, by columns: (m, n)."""
-    return matrix(first_item(work) + 8 * n * n, m, n)
-
-
-@compiled(**VIEW)
-def _triangle(work, n, m):
-    """R (m, m)."""
-    return matrix(first_item(work) + 8 * n * (n + m), m, m)
-
-
-@compiled(**VIEW)
-def _scale(work, n, m):
-    """The diagonal of D, (n,)."""
-    return _part(work, n * (n + m) + m * m, n)
-
-
-@compiled(**VIEW)
-def _vector(work, n, m):
-    """Scratch, (n + m,)."""
-    return _part(work, n * (n + m) + m * m + n, n + m)
-
-
-@compiled(**VIEW)
-def _alpha(work, n, m):
-    """Alpha, (m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + m, m)
-
-
-@compiled(**VIEW)
-def _norms(work, n, m):
-    """Lengths that the columns of W had, (m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 2 * m, m)
-
-
-@compiled(**VIEW)
-def _drift(work, n, m):
-    """Scratch, (m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 3 * m, m)
-
-
-@compiled(**VIEW)
-def _order(work, n, m):
-    """The constraints in the order of their pivots, (m,); those left out stand last."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 4 * m, m)
-
-
-@compiled(**LEAN)
-def _rank(work, n, m):
-    """How many constraints are independent."""
-    return int(_part(work, n * (n + m) + m * m + 2 * n + 5 * m, 1)[0])
-
-
-@compiled(**LEAN)
-def _set_rank(work, n, m, rank):
-    _part(work, n * (n + m) + m * m + 2 * n + 5 * m, 1)[0] = rank
-
-
-@compiled(**VIEW)
-def _scratch(work, n, m):
-    """Where `derivatives` gathers a column, (n + m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 5 * m + 1, n + m)
