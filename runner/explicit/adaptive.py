@@ -1,31 +1,26 @@
 """Adaptive explicit Runge-Kutta methods: any embedded pair, any controller, any model, one compiled loop."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import typeof, types
-from numpy.typing import NDArray
 
 from qddot.runner.explicit.adaptive_course import COURSE
 from qddot.runner.explicit.adaptive_loop import run_slice
 from qddot.runner.explicit.step import PAIR, pair_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
-from qddot.runner.frame.log import LOG, Log, log_for
+from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.search import WATCH
-from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.step_control import CONTROL, control_for
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import restorer, run_in_place
+from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.compiling import working_time
 from qddot.runner.machine.memory import BLOCK, record
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Statistics, Trajectory
+from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.tableaux.embedded import EmbeddedPair
 
 if TYPE_CHECKING:
@@ -52,37 +47,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     return run_in_place(_workplace, problem, method, options)
 
 
-@dataclass(frozen=True, eq=False)
-class _Workplace:
-    """One run at a time: what the loop is called with; `arrays` are what its records know by address."""
-
-    options: Options
-    course: np.void
-    log: Log
-    state: NDArray[np.float64]
-    one_slice: Callable[[], int]
-    restore: Callable[[], None]
-    arrays: Any
-
-    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
-        """See `Workplace`."""
-        start, course, options = working_time(), self.course, self.options
-        self.restore()
-        self.state[:] = problem.initial_state
-        self.log.begin(problem.initial_state)
-        status = run_slices(
-            self.one_slice,
-            fraction_done=lambda: float((course["now"] - problem.t0) / (problem.t1 - problem.t0)),
-            progress=options.progress,
-            time_limit=options.time_limit,
-        )
-        self.log.save(float(course["now"]), self.state)
-        counts = Statistics(**{name: int(course[name]) for name in COUNTS}, wall_time=working_time() - start)
-        found = self.log.trajectory(status, counts, course["now"], course["failed_state"], options.events)
-        return found, self.log.reusable(status)
-
-
-def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
+def _workplace(problem: Problem, method: "Method", options: Options) -> Marching:
     pair = method.pair
     if pair is None:
         raise ValueError(f"method {method.name!r} has no embedded pair, so it cannot control its step")
@@ -104,12 +69,13 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
         log.make_room(int(watch["most"]))
         return int(loop(space, coefficients, control, course, log.record, watch, most_steps))
 
-    return _Workplace(
+    return Marching(
         options,
         course,
         log,
         state_of(space, space_arrays),
         one_slice,
+        lambda: {name: int(course[name]) for name in COUNTS},
         restorer(space, course, log.record, watch, space_arrays["reader"]),
         (space_arrays, watch_arrays),
     )

@@ -1,13 +1,10 @@
 """Fixed-step marching: plans the steps and the saved points of a run for the compiled loop of `march`."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import typeof, types
-from numpy.typing import NDArray
 
 from qddot.runner.explicit.march import MARCH, run_slice, steps_of
 from qddot.runner.explicit.march_with_events import run_slice_with_events
@@ -18,15 +15,13 @@ from qddot.runner.frame.hermite import DEGREE
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.search import WATCH
-from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import grid_stops
-from qddot.runner.frame.workplace import restorer, run_in_place
+from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.inputs.short import with_stops
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.compiling import working_time
 from qddot.runner.machine.memory import BLOCK, record
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Statistics, Trajectory
+from qddot.runner.problem import Problem, Trajectory
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -59,40 +54,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     return run_in_place(_workplace, problem, method, options)
 
 
-@dataclass(frozen=True, eq=False)
-class _Workplace:
-    """One run at a time: what the loop is called with; `arrays` are what its records know by address."""
-
-    options: Options
-    stages: int
-    march: np.void
-    log: Log
-    state: NDArray[np.float64]
-    one_slice: Callable[[], int]
-    restore: Callable[[], None]
-    arrays: Any
-
-    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
-        """See `Workplace`."""
-        start, march, options = working_time(), self.march, self.options
-        self.restore()
-        self.state[:] = problem.initial_state
-        self.log.begin(problem.initial_state)
-        status = run_slices(
-            self.one_slice,
-            fraction_done=lambda: float((march["now"] - problem.t0) / (problem.t1 - problem.t0)),
-            progress=options.progress,
-            time_limit=options.time_limit,
-        )
-        self.log.save(float(march["now"]), self.state)
-        steps = int(march["steps"])
-        evaluations = steps * self.stages + int(march["end_slopes"])
-        counts = Statistics(steps=steps, evaluations=evaluations, wall_time=working_time() - start)
-        found = self.log.trajectory(status, counts, march["failed_at"], march["failed_state"], options.events)
-        return found, self.log.reusable(status)
-
-
-def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
+def _workplace(problem: Problem, method: "Method", options: Options) -> Marching:
     if method.tableau is None:
         raise ValueError(f"method {method.name!r} has no tableau to march")
     stages = method.tableau.stages
@@ -109,15 +71,20 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
         log.make_room(int(watch["most"]))
         return int(loop(space, tableau, march, log.record, watch, most_steps))
 
-    return _Workplace(
+    def counts() -> dict[str, int]:
+        steps = int(march["steps"])
+        return {"steps": steps, "evaluations": steps * stages + int(march["end_slopes"])}
+
+    return Marching(
         options,
-        stages,
         march,
         log,
         state_of(space, space_arrays),
         one_slice,
+        counts,
         restorer(space, march, log.record, watch, space_arrays["reader"]),
         (space_arrays, watch_arrays),
+        "failed_at",
     )
 
 

@@ -5,12 +5,17 @@ which a run failed, or was interrupted, is left to the dust: nothing of it can r
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from qddot.runner.frame.log import Log
+from qddot.runner.frame.slices import run_slices
+from qddot.runner.machine.compiling import working_time
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.problem import Problem, Statistics, Trajectory
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -21,6 +26,43 @@ class Workplace(Protocol):
 
     def run(self, problem: Problem) -> tuple[Trajectory, bool]:
         """The trajectory from problem.initial_state, all else as it was made for, and whether it may be used again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Marching:
+    """Where a compiled loop goes on slice by slice, and saves into a log what it finds.
+
+    course: the loop's record, with the time in `now` and the state that failed; `state` (n,) is the loop's own.
+    counts: the statistics of the run so far, by name. failed_at: what in the course is the time of a failure. arrays:
+    what the records know by address.
+    """
+
+    options: Options
+    course: np.void
+    log: Log
+    state: NDArray[np.float64]
+    one_slice: Callable[[], int]
+    counts: Callable[[], dict[str, int]]
+    restore: Callable[[], None]
+    arrays: Any
+    failed_at: str = "now"
+
+    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
+        """See `Workplace`."""
+        start, course, options = working_time(), self.course, self.options
+        self.restore()
+        self.state[:] = problem.initial_state
+        self.log.begin(problem.initial_state)
+        status = run_slices(
+            self.one_slice,
+            fraction_done=lambda: float((course["now"] - problem.t0) / (problem.t1 - problem.t0)),
+            progress=options.progress,
+            time_limit=options.time_limit,
+        )
+        self.log.save(float(course["now"]), self.state)
+        counts = Statistics(**self.counts(), wall_time=working_time() - start)
+        failed_at, failed_state = course[self.failed_at], course["failed_state"]
+        return self.log.trajectory(status, counts, failed_at, failed_state, options.events), self.log.reusable(status)
 
 
 Make = Callable[[Problem, "Method", Options], Workplace]

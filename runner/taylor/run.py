@@ -1,26 +1,21 @@
 """A run of Taylor's method around its compiled loop."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import from_dtype, types
-from numpy.typing import NDArray
 
 from qddot.runner.frame.events import watch_for
-from qddot.runner.frame.log import LOG, Log, log_for
+from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.search import WATCH
-from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import restorer, run_in_place
+from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.compiling import working_time
 from qddot.runner.machine.memory import record
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Statistics, Trajectory
+from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.taylor.loop import run_slice
 from qddot.runner.taylor.space import COURSE, SPACE, space_for
 from qddot.runner.taylor.step import order_for
@@ -32,6 +27,7 @@ if TYPE_CHECKING:
 SLICE_WORK = 1_000_000
 #: Points saved in a step where no output times are given: a step is some tenth of an oscillation.
 REFINE = 4
+COUNTS = ("steps", "evaluations")
 
 
 @cache
@@ -50,38 +46,7 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     return run_in_place(_workplace, problem, method, options)
 
 
-@dataclass(frozen=True, eq=False)
-class _Workplace:
-    """One run at a time: what the loop is called with; `arrays` are what its records know by address."""
-
-    options: Options
-    course: np.void
-    log: Log
-    state: NDArray[np.float64]
-    one_slice: Callable[[], int]
-    restore: Callable[[], None]
-    arrays: Any
-
-    def run(self, problem: Problem) -> tuple[Trajectory, bool]:
-        """See `Workplace`."""
-        start, course, options = working_time(), self.course, self.options
-        self.restore()
-        self.state[:] = problem.initial_state
-        self.log.begin(problem.initial_state)
-        status = run_slices(
-            self.one_slice,
-            fraction_done=lambda: float((course["now"] - problem.t0) / (problem.t1 - problem.t0)),
-            progress=options.progress,
-            time_limit=options.time_limit,
-        )
-        self.log.save(float(course["now"]), self.state)
-        steps, evaluations = int(course["steps"]), int(course["evaluations"])
-        counts = Statistics(steps=steps, evaluations=evaluations, wall_time=working_time() - start)
-        found = self.log.trajectory(status, counts, course["now"], course["failed_state"], options.events)
-        return found, self.log.reusable(status)
-
-
-def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
+def _workplace(problem: Problem, method: "Method", options: Options) -> Marching:
     code = problem.recurrences
     if code is None:
         raise ValueError(
@@ -104,12 +69,13 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
         return int(loop(space, course, log.record, watch, most_steps))
 
     memory, places = arrays["memory"], code.memory
-    return _Workplace(
+    return Marching(
         options,
         course,
         log,
         memory[places.states : places.states + int(space["n"])],
         one_slice,
+        lambda: {name: int(course[name]) for name in COUNTS},
         restorer(course, log.record, watch, arrays["reader"], memory[places.sides :][: len(code.table.sides)]),
         (space, arrays, watch_arrays),
     )
