@@ -51,8 +51,9 @@ if TYPE_CHECKING:
     from qddot.runner.metrics.reading import reading
     from qddot.runner.modes import ModesError, modes
     from qddot.runner.options import Options
-    from qddot.runner.simulate import IntegrationError, Simulation, crossing, prepare, simulate, solve
+    from qddot.runner.simulate import IntegrationError, Simulation, crossing, prepare, simulate
     from qddot.runner.solution import Solution
+    from qddot.runner.solve import solve
     from qddot.runner.study.read import StudyError
     from qddot.runner.study.ready import Study, read_study, run_study
 
@@ -137,7 +138,7 @@ _HOMES = {
     "run_study": "qddot.runner.study.ready",
     "simulate": "qddot.runner.simulate",
     "simulate_batch": "qddot.runner.lanes.batch",
-    "solve": "qddot.runner.simulate",
+    "solve": "qddot.runner.solve",
 }
 #: Modules of public names.
 NAMESPACES = ("drawing", "report", "road", "signal", "toml")

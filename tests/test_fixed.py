@@ -13,7 +13,8 @@ from qddot.runner.inputs.tables import table
 from qddot.runner.load import load
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
-from qddot.runner.simulate import IntegrationError, simulate, solve
+from qddot.runner.simulate import IntegrationError, simulate
+from qddot.runner.solve import solve
 
 PAGES = [method.tableau for method in METHODS.values() if method.family == "fixed"]
 OMEGA = 5.0  # of the undamped oscillator, sqrt(50 / 2) rad/s

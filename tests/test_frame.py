@@ -12,7 +12,8 @@ from qddot.runner.frame.output_times import check_within, wanted_times
 from qddot.runner.frame.stops import grid_stops, stops_to_end
 from qddot.runner.load import load
 from qddot.runner.problem import Status
-from qddot.runner.simulate import simulate, solve
+from qddot.runner.simulate import simulate
+from qddot.runner.solve import solve
 
 #: One method of each family.
 FAMILIES = ("rk4", "tsit5", "ode15s", "rodas5p")
@@ -77,9 +78,9 @@ class TestLog:
 @pytest.mark.parametrize("method", ["tsit5", "ode15s", "rodas5p"])
 def test_more_points_a_step_than_there_is_room_for_at_first(method):
     """A run that asked for them used to wait for ever for room that nobody made."""
-    run = solve(decay, (0, 1), [1.0], method=method, refine=10_000, max_step=0.5, rtol=1e-6, time_limit=60)
+    run = solve(decay, (0, 1), [1.0], method=method, refine=1000, max_step=0.5, rtol=1e-6, time_limit=60)
     assert run.status is Status.FINISHED
-    assert len(run.t) == 1 + 10_000 * run.statistics.steps
+    assert len(run.t) == 1 + 1000 * run.statistics.steps
     assert (np.diff(run.t) > 0).all()
     np.testing.assert_allclose(run["x_1"], np.exp(-run.t), rtol=1e-4)
 

@@ -29,6 +29,7 @@ RUNNER = (
         "matrices",
         "ranges",
         "tables",
+        "read_tables",
         "stale",
         "load",
         "inputs",
@@ -49,6 +50,7 @@ RUNNER = (
         "solution",
         "result",
         "simulate",
+        "solve",
     ),
     *("observe", "lanes", "metrics", "study", "batch", "identify", "report", "commands"),
 )
