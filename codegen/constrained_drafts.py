@@ -31,10 +31,10 @@ class ConstrainedDrafts:
         self._equations = equations
         self._n = len(equations.coordinates)
 
-    @cached_property
+    @property
     def parameter_assignments(self) -> tuple[Assignment, ...]:
         """Quantities that are constant during a run."""
-        return tuple(item for item in self._definitions if self._equations.parameter_only(item[1]))
+        return self._equations.fixed_quantities
 
     def rhs(self) -> Draft:
         """Dx = [qdot, qddot, zdot]."""
@@ -66,20 +66,11 @@ class ConstrainedDrafts:
         """Exact propagation knows no constraints."""
         return False
 
-    def positions(self) -> Draft:
-        """Where the inputs that have a position act; read from the parameters, once a run."""
-        return Draft(self.parameter_assignments, vector_writes("values", self._equations.positions.values()))
-
-    @cached_property
-    def _definitions(self) -> list[Assignment]:
-        return list(self._equations.definitions.expressions.items())
-
     def _draft(self, writes: tuple[Write, ...]) -> Draft:
         """A draft that solves for what it reads of accelerations, multipliers and reactions, if it does."""
-        moving = tuple(item for item in self._definitions if not self._equations.parameter_only(item[1]))
         read = frozenset().union(*(expression.free_symbols for _, expression in writes))
         solves = read & self._equations.solution or any(slot.argument in COLUMNS for slot, _ in writes)
-        return Draft(moving, (*self._system, *writes) if solves else writes)
+        return Draft(self._equations.moving_quantities, (*self._system, *writes) if solves else writes)
 
     @cached_property
     def _system(self) -> tuple[Write, ...]:

@@ -43,9 +43,7 @@ class Drafts:
     @cached_property
     def parameter_assignments(self) -> tuple[Assignment, ...]:
         """Quantities that are constant during a run, and the factors of a constant mass matrix."""
-        return tuple(item for item in self._definitions if self._equations.parameter_only(item[1])) + (
-            self._factors.assignments if self._fixed_mass else ()
-        )
+        return self._equations.fixed_quantities + (self._factors.assignments if self._fixed_mass else ())
 
     def rhs(self) -> Draft:
         """Dx = [qdot, M^-1 f, zdot]."""
@@ -96,19 +94,10 @@ class Drafts:
         values = (*entries.values(), *input_entries.values(), *rest, *(e for _, e in (*steps, *input_steps)))
         return all(value.free_symbols <= known for value in values)
 
-    def positions(self) -> Draft:
-        """Where the inputs that have a position act; read from the parameters, once a run."""
-        return Draft(self.parameter_assignments, vector_writes("values", self._equations.positions.values()))
-
-    @cached_property
-    def _definitions(self) -> list[Assignment]:
-        return list(self._equations.definitions.expressions.items())
-
     @cached_property
     def _moving(self) -> tuple[Assignment, ...]:
         """Quantities that move, and the factors of a mass matrix that does."""
-        quantities = tuple(item for item in self._definitions if not self._equations.parameter_only(item[1]))
-        return quantities + (() if self._fixed_mass else self._factors.assignments)
+        return self._equations.moving_quantities + (() if self._fixed_mass else self._factors.assignments)
 
     @cached_property
     def _state_slopes(self) -> tuple[list[Assignment], Matrix]:

@@ -77,6 +77,16 @@ class Equations:
         return self.definitions.base_symbols(expression) <= set(self.parameters)
 
     @property
+    def fixed_quantities(self) -> tuple[tuple[Any, Any], ...]:
+        """Quantities that are constant during a run, with what defines them."""
+        return tuple(item for item in self.definitions.expressions.items() if self.parameter_only(item[1]))
+
+    @property
+    def moving_quantities(self) -> tuple[tuple[Any, Any], ...]:
+        """Those that are not."""
+        return tuple(item for item in self.definitions.expressions.items() if not self.parameter_only(item[1]))
+
+    @property
     def mass_matrix(self) -> str:
         """Diagonal (and constant), constant, or configuration-dependent."""
         if not all(self.parameter_only(entry) for entry in self.mass.values()):

@@ -6,7 +6,7 @@ from typing import Any
 
 from qddot.codegen.constants import hoist
 from qddot.codegen.constrained_drafts import COLUMNS, ConstrainedDrafts, refuse_size, solving_names
-from qddot.codegen.drafts import Draft, Drafts
+from qddot.codegen.drafts import Draft, Drafts, vector_writes
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.ranges import kind
@@ -100,6 +100,7 @@ class _Lowering:
         self.names = Names([*reserved(), *base, *self.author, *tables, *solution])
         self.drafts = ConstrainedDrafts(equations) if equations.constraints else Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
+        self._positions = vector_writes("values", equations.positions.values())
         self.reads: frozenset[Any] = frozenset(base) | (equations.solution if equations.constraints else frozenset())
         self.assignments: tuple[Assignment, ...] = ()
         self._assign(self.drafts.parameter_assignments)
@@ -129,8 +130,7 @@ class _Lowering:
 
     def positions(self) -> Kernel:
         """Where inputs act: read from the parameters alone, before there are constants."""
-        draft = self.drafts.positions()
-        kernel = Kernel(self.parameters, draft.temporaries, draft.writes)
+        kernel = Kernel(self.parameters, self.drafts.parameter_assignments, self._positions)
         return optimize(kernel, self.author, {}, self.names.copy())
 
     def _assign(self, constants: tuple[Assignment, ...]) -> None:
