@@ -4,15 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.problem import Trajectory
 from qddot.runner.tableaux.butcher import ButcherTableau
 from qddot.runner.tableaux.embedded import EmbeddedPair
 
 
 @dataclass(frozen=True, eq=False)
 class Method:
-    """One integration method. integrate(problem, method, options) -> Trajectory runs it.
+    """One integration method. integrate(problem, method, options, recorder=None) -> Trajectory runs it.
+
+    A run with a recorder hands over its pieces (see `frame.pieces`) and saves nothing.
 
     family: "fixed", "adaptive", "stiff", "exact" (order 0: no error but rounding), "taylor" (order: the highest) or
     "auto". stages: of a step of Runge-Kutta methods, 0 for others. tableau: of explicit ones, None for others. pair: of
@@ -27,7 +28,7 @@ class Method:
     adaptive: bool
     stiff: bool
     citation: str
-    integrate: Callable[[Problem, "Method", Options], Trajectory]
+    integrate: Callable[..., Trajectory]
     tableau: ButcherTableau | None = None
     pair: EmbeddedPair | None = None
     find: Callable[[str], "Method"] | None = None

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
+
+if TYPE_CHECKING:
+    from qddot.runner.simulate import Simulation
 
 #: What to try after a run that failed.
 ADVICE = {
@@ -79,14 +82,14 @@ class Subject:
         return {f"parameter {name}": float(value) for name, value in self.parameters.items()}
 
 
-def as_solution(
-    subject: Subject, problem: Problem, method: Method, options: Options, trajectory: Trajectory
-) -> Solution:
-    """The solution of this trajectory."""
+def as_solution(simulation: "Simulation", trajectory: Trajectory) -> Solution:
+    """The solution of this trajectory of a simulation."""
+    subject, problem = simulation.subject, simulation.problem
+    method, options = simulation.method, simulation.options
     failed = trajectory.failed_state
     return Solution(
         t=trajectory.t,
-        values=_values(subject, problem, trajectory),
+        values=values_at(subject, problem, trajectory.t, trajectory.states),
         quantities=(*subject.states, *subject.outputs, *subject.inputs),
         n_states=len(subject.states),
         n_outputs=len(subject.outputs),
@@ -98,24 +101,26 @@ def as_solution(
         failed_state=subject.states[failed].name if failed >= 0 else "",
         extras=trajectory.extras,
         headlines=subject.headlines,
+        simulation=simulation,
     )
 
 
-def _values(subject: Subject, problem: Problem, trajectory: Trajectory) -> NDArray[np.float64]:
-    """States, outputs and inputs at the saved points (n, n_quantities); at a jump, the limit from the right."""
-    u, y = outputs_of(subject.output_kernel, len(subject.outputs), problem, trajectory)
-    return np.concatenate([trajectory.states, y, u[:, : len(subject.inputs)]], axis=1)
+def values_at(
+    subject: Subject, problem: Problem, t: NDArray[np.float64], states: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """States, outputs and inputs (n, n_quantities) at times t (n,); at a jump, the limit from the right."""
+    u, y = outputs_of(subject.output_kernel, len(subject.outputs), problem, t, states)
+    return np.concatenate([states, y, u[:, : len(subject.inputs)]], axis=1)
 
 
 def outputs_of(
-    kernel: Any, count: int, problem: Problem, trajectory: Trajectory
+    kernel: Any, count: int, problem: Problem, t: NDArray[np.float64], states: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Inputs (n, channels) and `count` outputs (n, count) at the saved points; kernel: None where there is none."""
-    n = len(trajectory.t)
-    u, y = np.zeros((n, max(1, len(problem.inputs.first)))), np.zeros((n, count))
-    sample(problem.inputs, trajectory.t, u)
+    """Inputs (n, channels) and `count` outputs (n, count) at times t (n,); kernel: None where there is none."""
+    u, y = np.zeros((len(t), max(1, len(problem.inputs.first)))), np.zeros((len(t), count))
+    sample(problem.inputs, t, u)
     if kernel is not None:
-        fill(pointer(kernel, abi.VECTOR_KERNEL, "outputs"), trajectory.t, trajectory.states, u, problem.constants, y)
+        fill(pointer(kernel, abi.VECTOR_KERNEL, "outputs"), t, states, u, problem.constants, y)
     return u, y
 
 

@@ -75,13 +75,16 @@ def simulate(
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A prepared run: everything checked, looked up and compiled. Calling it integrates."""
+    """A prepared run: everything checked, looked up and compiled. Calling it integrates.
+
+    model: None where the right-hand side is no model's, see `solve`.
+    """
 
     subject: Subject
     problem: Problem
     method: Method
     options: Options
-    model: Model
+    model: Model | None
     _workplaces: dict[Any, list[Any]] = field(default_factory=dict, init=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -91,8 +94,9 @@ class Simulation:
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
         """Integrate, from another state (n_states,) where one is given; returns and raises as `simulate`."""
+        if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
+            raise ValueError(f"on_failure is {shown(on_failure)}, expected 'raise' or 'return'")
         problem = self.problem
-        x = problem.initial_state
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
             x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)

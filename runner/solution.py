@@ -1,6 +1,7 @@
 """What a run gives back: time, states, outputs and inputs by name, with units, statistics and how it ended."""
 
 import errno
+import pickle
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from qddot.runner import notebook
-from qddot.runner.checks import unknown
+from qddot.runner.checks import finite, numbers
+from qddot.runner.columns import Columns, Extremes, Moments
 from qddot.runner.files import written_aside
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.tables import Quantity
@@ -23,18 +25,22 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from qddot.runner.dense.output import DenseOutput
     from qddot.runner.frame.events import EventLog
 
 TIME = Quantity("time", "s", "time")
+#: Points of a run that show how it goes on between them.
+ENOUGH = 2001
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Columns):
     """A run: t (n,) in s; values (n, n_quantities) float64, one column for each of `quantities`.
 
     quantities: n_states states, n_outputs outputs, and the inputs, in this order. `s["q_6"]` is a column (n,), s["t"]
     the time. metadata: model, method, step, parameter values, as text and numbers. failed_at (s), failed_state: where a
     run that failed left. headlines: kind (coordinates, outputs, inputs) -> names that a person looks at first.
+    simulation: what the run was made from, for what lies between its points; None where that is not known.
     """
 
     t: NDArray[np.float64]
@@ -50,14 +56,16 @@ class Solution:
     failed_state: str = ""
     extras: Mapping[str, Any] | None = None
     headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    simulation: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         self.t.flags.writeable = self.values.flags.writeable = False
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Unpickled arrays are read-only again."""
-        return Solution, tuple(getattr(self, each.name) for each in fields(self))
+        """Unpickled arrays are read-only again; the simulation is looked for when it is needed."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return Solution, tuple((values | {"simulation": _packed(self.simulation)}).values())
 
     def __repr__(self) -> str:
         """Model, method, span, points, how it ended, and the first names."""
@@ -82,15 +90,6 @@ class Solution:
 
     def _ipython_key_completions_(self) -> list[str]:
         return ["t", *self.names]
-
-    @cached_property
-    def _columns(self) -> dict[str, int]:
-        return {quantity.name: i for i, quantity in enumerate(self.quantities)}
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the states, outputs and inputs."""
-        return tuple(self._columns)
 
     @property
     def states(self) -> NDArray[np.float64]:
@@ -124,28 +123,70 @@ class Solution:
         """Whether the run reached its end or a terminal event."""
         return self.status in (Status.FINISHED, Status.TERMINATED)
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """The column (n,) of this name; KeyError with the nearest name where there is none."""
-        if name in ("t", "time"):
-            return self.t
-        return self.values[:, self._place(name)]
+    def at(self, t: ArrayLike) -> Moments:
+        """The run at times t, s, of any shape and order, between its saved points by the method's dense output.
 
-    def __contains__(self, name: object) -> bool:
-        """Whether a quantity has this name."""
-        return name in self._columns
+        `s.at(1.5)["q_6"]` is a number, `s.at(times)["q_6"]` has the shape of the times. Where an input jumps, the limit
+        from the right, as at saved points. The run is made again, by the same steps, when this is first asked.
+        Raises ValueError for a time outside the run.
+        """
+        times = numbers("t", t, "a time or times of the run, in s")
+        low, high = sorted((self.t[0], self.t[-1]))
+        outside = times[~((times >= low) & (times <= high))]
+        if outside.size:
+            raise ValueError(f"t is {outside.flat[0]:g} s, but the run goes from {self.t[0]:g} to {self.t[-1]:g} s")
+        from qddot.runner.result import values_at  # noqa: PLC0415 - it makes solutions
 
-    def __iter__(self) -> Iterator[str]:
-        """The names."""
-        return iter(self._columns)
+        simulation, flat = self._dense.simulation, times.ravel()
+        states = self._dense.states_at(flat) if len(self.t) > 1 else np.repeat(self.states, flat.size, axis=0)
+        values = values_at(simulation.subject, simulation.problem, flat, states)
+        return Moments(times, values.reshape(*times.shape, values.shape[1]), self.quantities)
 
-    def quantity(self, name: str) -> Quantity:
-        """Name, unit and meaning; KeyError with the nearest name where there is none."""
-        return self.quantities[self._place(name)]
+    @cached_property
+    def closely(self) -> Columns:
+        """The run at its saved points and at ENOUGH even times, as smooth as `at`; itself where it saved as many."""
+        if self.simulation is None or not 1 < len(self.t) < ENOUGH:
+            return self
+        times = np.union1d(self.t, np.linspace(self.t[0], self.t[-1], ENOUGH))
+        return self.at(times if self.t[0] < self.t[-1] else times[::-1])
 
-    def _place(self, name: str) -> int:
-        if name not in self._columns:
-            raise KeyError(unknown("quantity", name, self._columns))
-        return self._columns[name]
+    def extremes(self, name: str, after: float | None = None, before: float | None = None) -> Extremes:
+        """The least and greatest value of a quantity in a window, s, the whole run by default, saved points or not.
+
+        On the method's dense output, at a jump on both of its sides; not where the quantity is no finite number.
+        Raises KeyError for a name that the run does not have, ValueError for a window with nothing of the run in it.
+        """
+        place = self._place(name)
+        if after is None and before is None:
+            return Extremes(*map(float, self._extremes[place]))
+        low, high = sorted((self.t[0], self.t[-1]))
+        start = low if after is None else max(low, finite("after", after))
+        end = high if before is None else min(high, finite("before", before))
+        if not start <= end:
+            raise ValueError(f"the window from {after} to {before} s holds nothing of the run")
+        return Extremes(*map(float, self._extremes_between(start, end)[place]))
+
+    @cached_property
+    def _extremes(self) -> NDArray[np.float64]:
+        return self._extremes_between(float(self.t[0]), float(self.t[-1]))
+
+    def _extremes_between(self, start: float, end: float) -> NDArray[np.float64]:
+        """Least value and its time, greatest and its time (n_quantities, 4), of saved points and between them."""
+        low, high = sorted((start, end))
+        inside = (self.t >= low) & (self.t <= high)
+        found = extremes_of_points(self.t[inside], self.values[inside])
+        if len(self.t) > 1 and self.simulation is not None:
+            self._dense.better(found, low, high)
+        return found
+
+    @cached_property
+    def _dense(self) -> "DenseOutput":
+        if self.simulation is None:
+            raise ValueError("this solution does not know the run that it is of, and only its saved points")
+        from qddot.runner.dense.output import dense_output  # noqa: PLC0415 - most runs are read where they are saved
+
+        simulation = pickle.loads(self.simulation) if isinstance(self.simulation, bytes) else self.simulation
+        return dense_output(simulation, self.statistics.steps, float(self.t[-1]))
 
     @property
     def attributes(self) -> dict[str, str | float]:
@@ -216,6 +257,27 @@ class Solution:
                 variable = file.createVariable(quantity.name, "f8", ("time",), fill_value=False)
                 variable.setncatts(_attributes(quantity))
                 variable[:] = values
+
+
+def extremes_of_points(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least value and its time, greatest and its time (n_quantities, 4), of finite points; NaN where there are none."""
+    found = np.full((values.shape[1], 4), np.nan)
+    for place, column in enumerate(values.T):
+        known = np.flatnonzero(np.isfinite(column))
+        if known.size:
+            low, high = known[np.argmin(column[known])], known[np.argmax(column[known])]
+            found[place] = column[low], t[low], column[high], t[high]
+    return found
+
+
+def _packed(simulation: Any) -> bytes | None:
+    """A simulation as bytes; None where a function of it cannot be found by name."""
+    if simulation is None or isinstance(simulation, bytes):
+        return simulation
+    try:
+        return pickle.dumps(simulation)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
 
 
 @contextmanager

@@ -21,6 +21,9 @@ from qddot.runner.study.ready import read_study
 from qddot.runner.study.rows import row_of
 from qddot.runner.study.schema import StudyTable
 
+#: Seconds of integration beyond which a run is not made again for what lies between its saved points.
+PATIENCE = 20.0
+
 
 def run(path: Path, into: Path, drawing: Drawing | None, settings: Sequence[str], row: int | None) -> int:
     """Run a study; write and print what came of it. 1 where the run failed on its way: what there is is kept.
@@ -50,12 +53,16 @@ def _write(study: StudyTable, solution: Solution, path: Path, data: Path, title:
     if other := _other_study(data, path):
         _note("note:", f"{data} held a run of {other}")
     picture = data.with_name(f"{data.stem}.png")
+    seen = solution
+    if solution.statistics.wall_time > PATIENCE:
+        seen = replace(solution, simulation=None)
+        _note("note:", f"a run of more than {PATIENCE:g} s: extremes and figure are those of its saved points")
     if drawing is not None:
-        drawing.begin(_curves(study, solution, path, title), picture)
+        drawing.begin(_curves(study, seen, path, title), picture)
     solution.save(data)
     console.print(title, style="bold", highlight=False)
     console.print(statistics(solution, compiled_for()), highlight=False, soft_wrap=True)
-    console.print(summary(solution))
+    console.print(summary(seen))
     for line in not_finite(solution):
         console.print(f"note: {line}", highlight=False, soft_wrap=True)
     console.print(f"wrote {data}", highlight=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""An exact run that finds events: by Taylor series, in steps so short that a polynomial of some degree follows them.
+"""An exact run that is followed closely, for events or pieces: by Taylor series, in steps that a polynomial follows.
 
 Within a step the states are those of the same series from its start: dense output has no error but rounding.
 """
@@ -17,6 +17,7 @@ from qddot.runner.exact.space import SPACE
 from qddot.runner.exact.taylor import largest_rate, taylor_step
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.log import LOG, has_room, log_for
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import NONE, WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.space import make_space, row_address, set_inputs, space_layout, states
@@ -31,8 +32,8 @@ from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
 NON_FINITE = int(Status.NON_FINITE)
 #: The longest step, times the fastest rate of the states or their inputs; over such a step the polynomial of DEGREE
-#: through Chebyshev's points is 2 (1/4)^(DEGREE + 1)/(DEGREE + 1)! = 2e-11 of a sine off.
-LONGEST, DEGREE = 1.0, 8
+#: through Chebyshev's points is 2 (1/4)^(DEGREE + 1)/(DEGREE + 1)! = 1e-14 of a sine off.
+LONGEST, DEGREE = 1.0, 10
 #: Steps of a slice times states: some milliseconds.
 SLICE_WORK = 10_000
 
@@ -129,8 +130,10 @@ def _compiled_loop() -> Any:
     return compiled(signature, _nrt=False, nogil=True)(run_slice)
 
 
-def integrate_with_events(problem: Problem, options: Options, s: np.void, wanted: NDArray[np.float64]) -> Trajectory:
-    """The run whose propagation s stands at its start, saved at the wanted times (n,) strictly within."""
+def integrate_closely(
+    problem: Problem, options: Options, s: np.void, wanted: NDArray[np.float64], recorder: Recorder | None
+) -> Trajectory:
+    """The run whose propagation s stands at its start, saved at the wanted times (n,) strictly within, or recorded."""
     start, n = working_time(), int(s["n"])
     watch, watch_arrays = watch_for(options.events, n, DEGREE)
     work = np.zeros((3, n))
@@ -139,12 +142,13 @@ def integrate_with_events(problem: Problem, options: Options, s: np.void, wanted
     own = {"work": work, "before": before, "within": within}
     space, space_arrays = make_space(EVENT_SPACE, problem, own, stride=8 * n)
     course = record(COURSE, start=problem.t0)
-    log = log_for(problem, np.empty(0), wanted, events=int(watch["most"]))
+    wanted, refine = (wanted, 0) if recorder is None else (np.empty(0), DEGREE)
+    log = log_for(problem, np.empty(0), wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     loop = partial(_compiled_loop(), s, space, course, log.record, watch, max(16, SLICE_WORK // n))
 
     def one_slice() -> int:
         log.make_room(int(watch["most"]))
-        return int(loop())
+        return Status.FINISHED if recorder is not None and s["t"] >= recorder.until else int(loop())
 
     status = run_slices(
         one_slice,

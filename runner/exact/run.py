@@ -14,6 +14,7 @@ from qddot.runner.exact.course import begin_run, run_slice
 from qddot.runner.exact.space import SPACE, Arrays, Linear, space_for
 from qddot.runner.frame.log import FAILURES
 from qddot.runner.frame.output_times import check_points, wanted_times
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.workplace import restorer, run_in_place
 from qddot.runner.inputs.instants import ROUNDING
@@ -34,14 +35,14 @@ _ENTRY: dict[str, Any] = {"_nrt": False, "nogil": True}
 _RECORD = typeof(np.zeros(1, dtype=SPACE)[0])
 
 
-def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
     """Propagate x' = A x + B [u, 1] exactly, to rounding, and save at the wanted times.
 
     Wanted are options.output_times, or every options.every-th point of a grid of options.step, or 5001 points; start
     and end always. Events are found on Taylor series, see `follow`. Raises ValueError for a problem that is not said to
     be linear, for an event that makes no sense, and for times outside the span.
     """
-    return run_in_place(_workplace, problem, method, options)
+    return run_in_place(_workplace, problem, method, options, recorder)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,7 @@ class _Workplace:
     A: NDArray[np.float64]
     B: NDArray[np.float64]
     restore: Callable[[], None]
+    recorder: Recorder | None
 
     def run(self, problem: Problem) -> tuple[Trajectory, bool]:
         """See `Workplace`."""
@@ -61,10 +63,10 @@ class _Workplace:
         self.restore()
         self.arrays.saved[0] = problem.initial_state
         _compiled_begin()(s, problem.constants, self.A, self.B, problem.initial_state)
-        if options.events:
-            from qddot.runner.exact.follow import integrate_with_events  # noqa: PLC0415 - most runs watch for none
+        if options.events or self.recorder is not None:
+            from qddot.runner.exact.follow import integrate_closely  # noqa: PLC0415 - most runs watch for none
 
-            found = integrate_with_events(problem, options, s, self.arrays.outputs[1:-1])
+            found = integrate_closely(problem, options, s, self.arrays.outputs[1:-1], self.recorder)
             return found, found.status in (Status.FINISHED, Status.TERMINATED)
         status = run_slices(
             partial(_compiled_loop(), s, SLICE_WORK),
@@ -75,7 +77,7 @@ class _Workplace:
         return _trajectory(s, self.arrays, status, working_time() - start), status is Status.FINISHED
 
 
-def _workplace(problem: Problem, method: "Method", options: Options) -> _Workplace:
+def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> _Workplace:
     if problem.input_jacobian is None:
         raise ValueError(
             f"method {method.name} needs a linear model, x' = A x + B u: give qddot.simulate a generated model that is "
@@ -89,7 +91,7 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> _Workpla
     s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
     s["t"], s["segment_end"], s["t1"], s["limit"] = t0, t0, t1, options.divergence_limit
     A, B = np.empty((n, n)), np.empty((n, problem.n_inputs + 1))
-    return _Workplace(options, s, arrays, A, B, restorer(s, arrays.cursor))
+    return _Workplace(options, s, arrays, A, B, restorer(s, arrays.cursor), recorder)
 
 
 def _wanted(options: Options, t0: float, t1: float, near: float) -> tuple[NDArray[np.float64], float, int, int]:

@@ -13,6 +13,7 @@ from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.step_control import CONTROL, control_for
 from qddot.runner.frame.stops import stops_to_end
@@ -37,17 +38,17 @@ def _compiled_loop() -> Any:
     return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice)
 
 
-def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
     """Integrate `problem` with method.pair; reads the options of adaptive methods, see `Options`.
 
     Saves options.refine points a step (the pair's own number by default), or at options.output_times by dense output,
-    which changes no step. Events end up in extras["events"], an `EventLog`.
+    which changes no step. Events end up in extras["events"], an `EventLog`. recorder: takes the pieces of the run.
     Raises ValueError for a controller, an event or times that make no sense.
     """
-    return run_in_place(_workplace, problem, method, options)
+    return run_in_place(_workplace, problem, method, options, recorder)
 
 
-def _workplace(problem: Problem, method: "Method", options: Options) -> Marching:
+def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> Marching:
     pair = method.pair
     if pair is None:
         raise ValueError(f"method {method.name!r} has no embedded pair, so it cannot control its step")
@@ -59,10 +60,13 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> Marching
     coefficients, _ = pair_for(pair)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), int(coefficients["degree"]))
     course, loop = _course(problem, options, pair), _compiled_loop()
-    wanted = wanted_times(options.output_times, problem.t0, problem.t1)
-    refine = 0 if options.output_times is not None else options.refine or pair.refine
+    times = None if recorder is not None else options.output_times
+    wanted = wanted_times(times, problem.t0, problem.t1)
+    refine = 0 if times is not None else options.refine or pair.refine
+    if recorder is not None:
+        refine, course["max_steps"] = int(coefficients["degree"]), recorder.steps
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
-    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]))
+    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * pair.tableau.stages))
 
     def one_slice() -> int:

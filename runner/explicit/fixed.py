@@ -7,13 +7,14 @@ import numpy as np
 from numba import typeof, types
 
 from qddot.runner.explicit.march import MARCH, run_slice, steps_of
-from qddot.runner.explicit.march_with_events import run_slice_with_events
+from qddot.runner.explicit.march_closely import run_slice_closely
 from qddot.runner.explicit.step import PAIR, tableau_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.hermite import DEGREE
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import grid_stops
 from qddot.runner.frame.workplace import Marching, restorer, run_in_place
@@ -21,7 +22,7 @@ from qddot.runner.inputs.short import with_stops
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import BLOCK, record
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Trajectory
+from qddot.runner.problem import Problem, Status, Trajectory
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -39,37 +40,40 @@ def _compiled_loop() -> Any:
 
 
 @cache
-def _compiled_loop_with_events() -> Any:
+def _compiled_close_loop() -> Any:
     records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH, LOG, WATCH))
-    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice_with_events)
+    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice_closely)
 
 
-def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
     """March `problem` with options.step; saves at options.output_times or every options.every-th grid point.
 
     Events are found on the cubic through the states and slopes at the ends of a step, and end up in extras["events"],
-    an `EventLog`. Raises ValueError where the step is missing, does not advance the time, or output times lie outside
-    the span, and for an event that makes no sense.
+    an `EventLog`; recorder: takes the pieces of the run, which are these cubics. Raises ValueError where the step is
+    missing, does not advance the time, or output times lie outside the span, and for an event that makes no sense.
     """
-    return run_in_place(_workplace, problem, method, options)
+    return run_in_place(_workplace, problem, method, options, recorder)
 
 
-def _workplace(problem: Problem, method: "Method", options: Options) -> Marching:
+def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> Marching:
     if method.tableau is None:
         raise ValueError(f"method {method.name!r} has no tableau to march")
     stages = method.tableau.stages
-    march, log = _march(problem, options, method.name)
+    march, log = _march(problem, options, method.name, recorder)
     space, space_arrays = space_for(problem, np.zeros(1), np.zeros(1))
     tableau, _ = tableau_for(method.tableau)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * stages))
     watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
-    loop = _compiled_loop_with_events() if options.events else _compiled_loop()
+    closely = bool(options.events) or recorder is not None
+    loop = _compiled_close_loop() if closely else _compiled_loop()
 
     def one_slice() -> int:
-        if not options.events:
+        if not closely:
             return int(loop(space, tableau, march, log.record, most_steps))
         log.make_room(int(watch["most"]))
-        return int(loop(space, tableau, march, log.record, watch, most_steps))
+        steps = most_steps if recorder is None else min(most_steps, recorder.steps - int(march["steps"]))
+        status = int(loop(space, tableau, march, log.record, watch, steps))
+        return Status.FINISHED if recorder is not None and march["steps"] >= recorder.steps else status
 
     def counts() -> dict[str, int]:
         steps = int(march["steps"])
@@ -88,7 +92,7 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> Marching
     )
 
 
-def _march(problem: Problem, options: Options, name: str) -> tuple[np.void, Log]:
+def _march(problem: Problem, options: Options, name: str, recorder: Recorder | None) -> tuple[np.void, Log]:
     """The march at its start, and a log with room for all that it will save."""
     t0, t1, step = float(problem.t0), float(problem.t1), options.step
     if step is None:
@@ -112,5 +116,8 @@ def _march(problem: Problem, options: Options, name: str) -> tuple[np.void, Log]
         failed_at=np.nan,
     )
     stops = grid_stops(with_stops(problem.inputs, step), wanted, t0, t1, step)
+    if recorder is not None:
+        march["every"] = 0
+        return march, log_for(problem, stops, np.empty(0), refine=DEGREE, recorder=recorder)
     room = 3 + len(wanted) + (grid_points // every if every else 0)
     return march, log_for(problem, stops, wanted, room=room)

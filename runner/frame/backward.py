@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def integrate_backward(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """The trajectory of a problem with t1 < t0, its times falling. Directions of events are those along the run."""
     check_within(options.output_times, float(problem.t0), float(problem.t1))
-    found = method.integrate(_mirrored(problem), method, _mirrored_options(options))
+    found = method.integrate(mirrored(problem), method, mirrored_options(options))
     extras = dict(found.extras)
     if "events" in extras:
         log: EventLog = extras["events"]
@@ -41,10 +41,11 @@ def mirrored_times(t: Any) -> Any:
     return 0.0 - t
 
 
-def _mirrored(problem: Problem) -> Problem:
+def mirrored(problem: Problem) -> Problem:
+    """The problem in the time s = -t."""
     return replace(
         problem,
-        rhs=None if problem.rhs is None else _cover(problem.rhs, "rhs"),
+        rhs=None if problem.rhs is None else cover(problem.rhs, "rhs"),
         jacobian=_mirrored_jacobian(problem.jacobian),
         input_jacobian=_mirrored_jacobian(problem.input_jacobian),
         held=_mirrored_constraints(problem.held),
@@ -74,7 +75,8 @@ def _mirrored_inputs(table: InputTable) -> InputTable:
     )
 
 
-def _mirrored_options(options: Options) -> Options:
+def mirrored_options(options: Options) -> Options:
+    """The options in the time s = -t."""
     times = options.output_times
     return replace(
         options,
@@ -85,16 +87,16 @@ def _mirrored_options(options: Options) -> Options:
 
 def _mirrored_event(event: Any) -> Any:
     if isinstance(event, Event):
-        return replace(event, function=_cover(event.function, "event"))
+        return replace(event, function=cover(event.function, "event"))
     if isinstance(event, OutputCrossing):
-        return replace(event, outputs=_cover(event.outputs, "outputs"))
+        return replace(event, outputs=cover(event.outputs, "outputs"))
     return event
 
 
 def _mirrored_jacobian(jacobian: Any) -> Any:
     if isinstance(jacobian, PlacedKernel):
-        return replace(jacobian, kernel=_cover(jacobian.kernel, "values"))
-    return None if jacobian is None else _cover(jacobian, "jacobian")
+        return replace(jacobian, kernel=cover(jacobian.kernel, "values"))
+    return None if jacobian is None else cover(jacobian, "jacobian")
 
 
 def _mirrored_constraints(held: Held | None) -> Held | None:
@@ -104,7 +106,7 @@ def _mirrored_constraints(held: Held | None) -> Held | None:
 
 
 @cache
-def _cover(function: Any, kind: str) -> Any:
+def cover(function: Any, kind: str) -> Any:
     """A jitted function of s that calls this one at t = -s; rhs and Jacobians, their values, with the other sign.
 
     The address of the other stands in it as a number, so it is compiled anew in each process.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.frame.events import EventLog, names_of
 from qddot.runner.frame.output_times import check_points
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, record
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
@@ -22,10 +23,11 @@ FIRST_ROOM = 8192
 FAILURES = (Status.NON_FINITE, Status.STEP_UNDERFLOW, Status.NEWTON_FAILURE)
 
 #: stops (n_stops,), rising; stop: the next one. wanted (n_wanted,): times to save at, rising, within the span;
-#: next_wanted. refine: points saved per step, 0 where only wanted times are. saved_t, saved_x: `room` points of n
+#: next_wanted. refine: points saved per step, 0 where only wanted times are; starts: not 0 where a step's start is one
+#: more: pieces are recorded. saved_t, saved_x: `room` points of n
 #: states each, of which `saved` are used; found_t, found_event, found_x: `event_room` events, `found` of them used.
 LOG = layout(
-    "n stops n_stops stop wanted n_wanted next_wanted refine saved_t saved_x room saved "
+    "n stops n_stops stop wanted n_wanted next_wanted refine starts saved_t saved_x room saved "
     "found_t found_event found_x event_room found"
 )
 POINTS, EVENTS = ("saved_t", "saved_x"), ("found_t", "found_event", "found_x")
@@ -33,15 +35,17 @@ POINTS, EVENTS = ("saved_t", "saved_x"), ("found_t", "found_event", "found_x")
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """The record that compiled loops write to, and the arrays it points into."""
+    """The record that compiled loops write to, and the arrays it points into; recorder: where pieces go, not points."""
 
     record: np.void
     arrays: dict[str, NDArray[Any]]
     first_room: tuple[int, int]
+    recorder: Recorder | None = None
 
     def make_room(self, events: int = 0) -> None:
         """Double what is half full, or too small for what a step may write down, `events` events among it."""
         log = self.record
+        self._hand_over()
         for filled, room, more, names in (
             ("saved", "room", points_of_step.py_func(log["refine"], log["n_wanted"] - log["next_wanted"]), POINTS),
             ("found", "event_room", events, EVENTS),
@@ -57,9 +61,11 @@ class Log:
                 log[room] = size
 
     def save(self, t: float, x: NDArray[np.float64]) -> None:
-        """Append a point, unless the last one is of this time."""
+        """Append a point, unless the last one is of this time, or pieces are recorded."""
         place = int(self.record["saved"])
-        if place == 0 or self.arrays["saved_t"][place - 1] < t:
+        if self.recorder is not None:
+            self._hand_over()
+        elif place == 0 or self.arrays["saved_t"][place - 1] < t:
             self.arrays["saved_t"][place], self.arrays["saved_x"][place] = t, x
             self.record["saved"] = place + 1
 
@@ -71,6 +77,15 @@ class Log:
         """Whether another run may write to it: this one did not fail, and has not made it large."""
         rooms = int(self.record["room"]), int(self.record["event_room"])
         return status in (Status.FINISHED, Status.TERMINATED) and rooms == self.first_room
+
+    def _hand_over(self) -> None:
+        """Hand over the pieces that are written down, where pieces are."""
+        points = int(self.record["saved"])
+        if self.recorder is not None and points > 0:
+            t, x = (self.arrays[name][:points].copy() for name in POINTS)
+            count = int(self.record["refine"]) + 1
+            self.recorder.take(t.reshape(-1, count), x.reshape(-1, count, x.shape[1]))
+            self.record["saved"] = 0
 
     def trajectory(
         self,
@@ -104,10 +119,11 @@ def log_for(
     refine: int = 0,
     events: int = 0,
     room: int | None = None,
+    recorder: Recorder | None = None,
 ) -> Log:
     """A log with the start in it. events: of a step, at most; room: for points, where that is known beforehand.
 
-    Raises ValueError where that is more than there may be.
+    recorder: takes pieces of degree `refine` instead of points. Raises ValueError where that is more than there may be.
     """
     n = len(problem.initial_state)
     check_points(room or 0)
@@ -123,7 +139,8 @@ def log_for(
     }
     lengths = {"n_stops": len(stops), "n_wanted": len(wanted), "room": room, "event_room": event_room}
     places = {name: address(array) for name, array in arrays.items()}
-    log = Log(record(LOG, n=n, refine=refine, **lengths, **places), arrays, (room, event_room))
+    fields = record(LOG, n=n, refine=refine, starts=recorder is not None, **lengths, **places)
+    log = Log(fields, arrays, (room, event_room), recorder)
     log.save(float(problem.t0), problem.initial_state)
     return log
 

@@ -16,6 +16,7 @@ from qddot.runner.frame.search import (
     well_sampled,
 )
 from qddot.runner.frame.space import look_up
+from qddot.runner.frame.turns import point
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, floats, integers
 
@@ -71,9 +72,11 @@ def follow_step(space, step, log, watch, t, h, where, prepare, state_within):
 @compiled(**INLINE)
 def save_within(space, step, log, t, h, end, state_within):
     """Save what is wanted strictly before `end` of the step of length h from t."""
+    if log.starts:
+        save(log, t, state_within(space, step, 0.0))
     for j in range(1, log.refine):
-        part = j / log.refine
-        if t + part * h < end:
+        part = point(j, log.refine) if log.starts else j / log.refine
+        if log.starts or t + part * h < end:
             save(log, t + part * h, state_within(space, step, part))
     while next_wanted(log) < end:
         save(log, next_wanted(log), state_within(space, step, (next_wanted(log) - t) / h))

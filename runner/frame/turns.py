@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN, floats, matrix
+from qddot.runner.machine.memory import INLINE, LEAN, floats, matrix
 
 #: Halvings until an interval is narrow. What a function misses of its extreme there is the square of its width.
 HALVINGS = 26
@@ -22,10 +22,17 @@ NARROW = 2.0**-HALVINGS
 RESOLVED, ROUNDED = 1e-2, 1e-12
 
 
+@compiled(**INLINE)
+def point(j, degree):
+    """The j-th of Chebyshev's points of an interval from 0 to 1, ends included."""
+    return 0.5 - 0.5 * np.cos(np.pi * j / degree)
+
+
 @cache
 def points(degree: int) -> NDArray[np.float64]:
-    """Chebyshev's points (degree + 1,) of an interval from 0 to 1, ends included."""
-    return 0.5 - 0.5 * np.cos(np.pi * np.arange(degree + 1) / degree)
+    """All of these points, (degree + 1,)."""
+    found: NDArray[np.float64] = point.py_func(np.arange(degree + 1), degree)
+    return found
 
 
 @cache

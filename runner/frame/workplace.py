@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.frame.log import Log
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.options import Options
@@ -65,18 +66,20 @@ class Marching:
         return self.log.trajectory(status, counts, failed_at, failed_state, options.events), self.log.reusable(status)
 
 
-Make = Callable[[Problem, "Method", Options], Workplace]
+Make = Callable[[Problem, "Method", Options, Recorder | None], Workplace]
 
 
-def run_in_place(make: Make, problem: Problem, method: "Method", options: Options) -> Trajectory:
-    """The trajectory by a workplace that no run is using, a new one where there is none."""
-    if problem.workplaces is None:
-        return make(problem, method, options).run(problem)[0]
+def run_in_place(
+    make: Make, problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None
+) -> Trajectory:
+    """The trajectory by a workplace that no run is using, a new one where there is none, or for a recorder."""
+    if problem.workplaces is None or recorder is not None:
+        return make(problem, method, options, recorder).run(problem)[0]
     idle = problem.workplaces.setdefault((make, method, options), [])
     try:
         place = idle.pop()
     except IndexError:
-        place = make(problem, method, options)
+        place = make(problem, method, options, None)
     trajectory, again = place.run(problem)
     if again:
         idle.append(place)

@@ -66,7 +66,7 @@ def _write(task: "Task", run: int, problem: Problem, trajectory: Trajectory) -> 
     values = trajectory.states
     if task.needs_outputs:
         kernel, count = task.model.kernel("outputs"), len(task.model.tables.outputs)
-        values = np.hstack([values, outputs_of(kernel, count, problem, trajectory)[1]])
+        values = np.hstack([values, outputs_of(kernel, count, problem, trajectory.t, trajectory.states)[1]])
     places = np.searchsorted(trajectory.t, arrays["times"][run] - 1e-12 * max(1.0, abs(problem.t1)))
     near = np.minimum(places, len(trajectory.t) - 1)
     reached = np.abs(trajectory.t[near] - arrays["times"][run]) <= 1e-9 * (problem.t1 - problem.t0)

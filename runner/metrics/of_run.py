@@ -26,9 +26,9 @@ def metric(
     """A metric of a run by its name, see `qddot list metrics`: "rms" of "heave", in the quantity's unit.
 
     of: the state, output or input, unless the metric is that of the whole model. interval: between samples, s, taken of
-    straight lines between the run's points; not needed where these are evenly spaced. The others are the keys of a
-    study's `[metrics]`: after, before (s), change (since the start), and level, band, weighting ("Wk", ...), static and
-    fraction of the metrics that take them. NaN where a sample is no finite number.
+    the method's dense output, see `Solution.at`; not needed where the run's points are evenly spaced. The others are
+    the keys of a study's `[metrics]`: after, before (s), change (since the start), and level, band, weighting
+    ("Wk", ...), static and fraction of the metrics that take them. NaN where a sample is no finite number.
     Raises ValueError naming what cannot be.
     """
     request = Request(kind, of, after, before, change, level, band, weighting, static, fraction)
@@ -36,8 +36,16 @@ def metric(
     if name not in solution:
         raise ValueError(f"metrics.{kind}.of: {unknown('quantity', name, solution.names)}")
     times = _times(solution, interval)
-    samples = np.interp(times, solution.t, solution[name])
+    samples = _samples(solution, name, times)
     return float(measure(kind, request, (solution.quantity(name),), times)(samples[:, None]))
+
+
+def _samples(solution: Solution, name: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values (n,) of a quantity at times (n,): of saved points where all of these are such."""
+    places = np.clip(np.searchsorted(solution.t, times - NEAR * (times[1] - times[0])), 0, len(solution.t) - 1)
+    if (np.abs(solution.t[places] - times) <= NEAR * (times[1] - times[0])).all():
+        return solution[name][places]
+    return solution.at(np.minimum(times, solution.t[-1]))[name]
 
 
 def _times(solution: Solution, interval: float | None) -> NDArray[np.float64]:

@@ -1,4 +1,7 @@
-"""Readings: a number of a run at the points that it saved, wherever these are; or its curve at other times."""
+"""Readings: a number of a run, wherever the points are that it saved; or its curve at other times.
+
+Where a run saved fewer than ENOUGH points, what lies between them is that of the method's dense output.
+"""
 
 from typing import Literal
 
@@ -30,8 +33,9 @@ def reading(
     The points of the run may be spaced in any way.
     change: of the change since the start. after, before: the window, s; the whole run by default. at: the time, s, of
     "at", between points by a cubic spline. Extremes are those of the parabola through the highest point and its
-    neighbours; "range" is the greatest less the least value. Raises ValueError for a quantity that the run does not
-    have, a window of fewer than three points, or values that are no numbers.
+    neighbours; "range" is the greatest less the least value. Of a run of few points, as methods that control their step
+    save them, both are those of dense output, see `Solution.extremes`. Raises ValueError for a quantity that the run
+    does not have, a window of fewer than three points, or values that are no numbers.
     """
     if what not in (*_READINGS, "at"):
         raise ValueError(unknown("reading", what, (*_READINGS, "at")))
@@ -42,6 +46,10 @@ def reading(
     t, y = _column(solution, quantity, change)
     inside = _window(t, after, before)
     _refuse_no_number(quantity, t[inside], y[inside])
+    if solution.closely is not solution and what in _EXTREMES:
+        found = solution.extremes(quantity, after, before)
+        start = solution[quantity][0] if change else 0.0
+        return float(_EXTREMES[what](found.least - start, found.greatest - start))
     return float(_READINGS[what](t[inside], y[inside]))
 
 
@@ -58,8 +66,9 @@ def curve_at(solution: Solution, quantity: str, times: Vector, *, change: bool =
 def _column(solution: Solution, quantity: str, change: bool) -> tuple[Vector, Vector]:
     if quantity not in solution:
         raise ValueError(unknown("quantity", quantity, solution.names))
-    y = np.array(solution[quantity])
-    return solution.t, y - y[0] if change else y
+    shown = solution.closely
+    y = np.array(shown[quantity])
+    return shown.t, y - y[0] if change else y
 
 
 def _refuse_no_number(name: str, t: Vector, y: Vector) -> None:
@@ -104,4 +113,11 @@ _READINGS = {
     "largest": lambda t, y: max(_greatest(t, y), -_least(t, y)),
     "final": lambda t, y: float(y[-1]),
     "rms": _rms,
+}
+#: The same of the least and the greatest value.
+_EXTREMES = {
+    "greatest": lambda least, greatest: greatest,
+    "least": lambda least, greatest: least,
+    "range": lambda least, greatest: greatest - least,
+    "largest": lambda least, greatest: max(greatest, -least),
 }

@@ -35,23 +35,25 @@ class Curves:
 def curves(
     solution: Solution, title: str, panels: Sequence[Sequence[str]] = (), from_start: Sequence[str] = ()
 ) -> Curves:
-    """The curves of a run; `default_panels` where none are chosen; those in from_start as change since the start.
+    """The curves of a run, smooth however few points it saved; `default_panels` where none are chosen.
+
+    from_start: those that are shown as change since the start.
 
     Raises ValueError with the nearest name for one that the run does not have.
     """
-    chosen = panels or default_panels(solution)
+    chosen, shown = panels or default_panels(solution), solution.closely
     for name in [*(name for names in chosen for name in names), *from_start]:
         if name not in solution:
             raise ValueError(f"figure: {unknown('quantity', name, solution.names)}")
 
     def curve(name: str) -> Curve:
-        quantity, values = solution.quantity(name), np.array(solution[name])
+        quantity, values = solution.quantity(name), np.array(shown[name])
         label = quantity.meaning or name
         if name in from_start:
             return Curve(values - values[0], quantity.unit, f"{label}, change since the start")
         return Curve(values, quantity.unit, label)
 
-    return Curves(title, np.array(solution.t), tuple(tuple(curve(name) for name in names) for names in chosen))
+    return Curves(title, np.array(shown.t), tuple(tuple(curve(name) for name in names) for names in chosen))
 
 
 def default_panels(solution: Solution) -> tuple[tuple[str, ...], ...]:

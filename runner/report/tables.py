@@ -34,13 +34,8 @@ def summary(solution: Solution) -> Table:
     """Extremes of every coordinate, output and moving input, and when they occur; without values that are no number."""
     table = plain_table("", "quantity", "unit", "start", "least", "at s", "greatest", "at s", numbers=5)
     for name in (name for names in headlines(solution).values() for name in names):
-        values = solution[name]
-        known = np.isfinite(values)
-        low = int(np.argmin(np.where(known, values, np.inf)))
-        high = int(np.argmax(np.where(known, values, -np.inf)))
-        nothing = (np.nan,) * 4
-        ends = (values[low], solution.t[low], values[high], solution.t[high]) if known.any() else nothing
-        numbers = (values[0], *ends)
+        found = solution.extremes(name)
+        numbers = (solution[name][0], found.least, found.least_at, found.greatest, found.greatest_at)
         table.add_row(
             name, solution.quantity(name).unit, *(f"{number + 0.0:.4g}" for number in numbers)
         )  # + 0.0: no "-0"

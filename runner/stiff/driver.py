@@ -13,6 +13,7 @@ from qddot.runner.frame.consistent import AlgebraicEquations, InconsistentError,
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import stops_to_end
@@ -70,20 +71,30 @@ class StiffWorkplace:
 
 
 def stiff_workplace(
-    problem: Problem, options: Options, run_slice: Callable[..., Any], rows: int, control: np.dtype, **own: Any
+    problem: Problem,
+    options: Options,
+    recorder: Recorder | None,
+    run_slice: Callable[..., Any],
+    rows: int,
+    control: np.dtype,
+    **own: Any,
 ) -> StiffWorkplace:
     """Where a method's loop, run_slice(space, s, log, watch, most_steps), works, with `rows` of vectors.
 
-    control: the type of the record of scalars s; own: initial values of the method's own among them. A run raises
-    ValueError for initial values that cannot be made consistent with the algebraic equations.
+    recorder: takes the pieces of the run. control: the type of the record of scalars s; own: initial values of the
+    method's own among them. A run raises ValueError for initial values that cannot be made consistent with the
+    algebraic equations.
     """
     space, arrays = space_for(problem, options, rows)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
-    wanted = wanted_times(options.output_times, problem.t0, problem.t1)
-    refine = 0 if options.output_times is not None else options.refine or 1
-    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]))
+    times = None if recorder is not None else options.output_times
+    wanted = wanted_times(times, problem.t0, problem.t1)
+    refine = 0 if times is not None else options.refine or 1
     s = record(control, **_settings(problem, options), **own)
+    if recorder is not None:
+        refine, s["max_steps"] = DEGREE, recorder.steps
+    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     n = int(space["n"])
     most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
     return StiffWorkplace(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.step_control import at_rate, matlab_first_step
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
@@ -80,7 +81,7 @@ def run_slice(space, s, log, watch, most_steps):
     )
 
 
-def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
     """Integrate by the NDFs of orders 1 to options.max_order, or by the BDFs where options.bdf.
 
     The Jacobian comes from problem.jacobian, or from forward differences. Saves options.refine points a step (1), or at
@@ -88,9 +89,9 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
     consistent.
     """
-    return run_in_place(_workplace, problem, method, options)
+    return run_in_place(_workplace, problem, method, options, recorder)
 
 
-def _workplace(problem: Problem, method: "Method", options: Options) -> StiffWorkplace:
+def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> StiffWorkplace:
     own = {"max_order": options.max_order, "bdf": options.bdf}
-    return stiff_workplace(problem, options, run_slice, ROWS, CONTROL, **own)
+    return stiff_workplace(problem, options, recorder, run_slice, ROWS, CONTROL, **own)

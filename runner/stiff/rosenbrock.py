@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.step_control import CONTROL as STEP_CONTROL
 from qddot.runner.frame.step_control import control_for
 from qddot.runner.frame.workplace import run_in_place
@@ -65,7 +66,7 @@ def run_slice(space, s, log, watch, most_steps):
     return take_steps(space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_next)
 
 
-def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
     """Integrate by Rodas5P with the step control of options.controller, "pi" by default.
 
     The Jacobian comes from problem.jacobian, or from differences: forward ones, or, where rtol is below CENTRAL_BELOW,
@@ -74,12 +75,12 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     matrix or atol of the wrong shape, an empty span, output times outside it, and initial values that cannot be made
     consistent.
     """
-    return run_in_place(_workplace, problem, method, options)
+    return run_in_place(_workplace, problem, method, options, recorder)
 
 
-def _workplace(problem: Problem, method: "Method", options: Options) -> StiffWorkplace:
+def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> StiffWorkplace:
     name = options.controller or DEFAULT_CONTROLLER
     step_control = control_for(name, ERROR_ORDER, options.least_rtol, float(options.divergence_limit))
     central = options.least_rtol < CENTRAL_BELOW
     stepping = {field: step_control[field] for field in STEPPING}
-    return stiff_workplace(problem, options, run_slice, ROWS, CONTROL, central=central, **stepping)
+    return stiff_workplace(problem, options, recorder, run_slice, ROWS, CONTROL, central=central, **stepping)

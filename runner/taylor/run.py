@@ -9,6 +9,7 @@ from numba import from_dtype, types
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
+from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import stops_to_end
 from qddot.runner.frame.workplace import Marching, restorer, run_in_place
@@ -28,6 +29,8 @@ SLICE_WORK = 1_000_000
 #: Points saved in a step where no output times are given: a step is some tenth of an oscillation.
 REFINE = 4
 COUNTS = ("steps", "evaluations")
+#: Of the polynomial that stands for a step: singularities are e^2 steps away, and it converges as 27^-degree.
+DEGREE = 12
 
 
 @cache
@@ -36,17 +39,17 @@ def _compiled_loop() -> Any:
     return compiled(signature, _nrt=False, nogil=True)(run_slice)
 
 
-def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
+def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
     """Integrate a model by the Taylor series of its solution; reads the options of adaptive methods, see `Options`.
 
     The order follows from the least relative tolerance; the dense output is the series. Saves options.refine points a
     step, or at options.output_times. Events end up in extras["events"], an `EventLog`.
     Raises ValueError where the right-hand side has no recurrences, and for events or times that make no sense.
     """
-    return run_in_place(_workplace, problem, method, options)
+    return run_in_place(_workplace, problem, method, options, recorder)
 
 
-def _workplace(problem: Problem, method: "Method", options: Options) -> Marching:
+def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> Marching:
     code = problem.recurrences
     if code is None:
         raise ValueError(
@@ -57,11 +60,14 @@ def _workplace(problem: Problem, method: "Method", options: Options) -> Marching
     order = order_for(options.least_rtol, code.sums)
     space, arrays = space_for(problem, code, order, rtol, atol)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), order)
-    wanted = wanted_times(options.output_times, problem.t0, problem.t1)
-    refine = 0 if options.output_times is not None else options.refine or REFINE
-    stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
-    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]))
+    times = None if recorder is not None else options.output_times
+    wanted = wanted_times(times, problem.t0, problem.t1)
+    refine = 0 if times is not None else options.refine or REFINE
     course, loop = _course(problem, options), _compiled_loop()
+    if recorder is not None:
+        refine, course["max_steps"] = min(order, DEGREE), recorder.steps
+    stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
+    log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     most_steps = max(16, SLICE_WORK // (order * order * int(space["n"])))
 
     def one_slice() -> int:

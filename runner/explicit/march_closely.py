@@ -1,4 +1,4 @@
-"""The compiled loop of constant steps that finds events, on the cubic through states and slopes at their ends."""
+"""The compiled loop of constant steps that follows each, for events or pieces, on the cubic through its ends."""
 
 from qddot.runner.explicit.march import (
     NON_FINITE,
@@ -13,11 +13,11 @@ from qddot.runner.explicit.march import (
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.workspace import K0, NEW, WITHIN, Y, copy
 from qddot.runner.frame.hermite import cubic
-from qddot.runner.frame.log import has_room, next_stop
+from qddot.runner.frame.log import has_room, next_stop, save
 from qddot.runner.frame.projection import project_at_end
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import look_up, row_address, states
-from qddot.runner.frame.step_end import events_at_start, follow_step
+from qddot.runner.frame.step_end import events_at_start, follow_step, save_within
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
@@ -25,7 +25,7 @@ from qddot.runner.problem import Status
 TERMINATED = int(Status.TERMINATED)
 
 
-def run_slice_with_events(space, tableau, march, log, watch, most_steps):
+def run_slice_closely(space, tableau, march, log, watch, most_steps):
     """March at most `most_steps` steps, up to a terminal event; returns a Status."""
     status, step = RUNNING, (tableau, march)
     for _ in range(most_steps):
@@ -42,8 +42,13 @@ def run_slice_with_events(space, tableau, march, log, watch, most_steps):
             march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
             return NON_FINITE
         march.target = target
-        new = row_address(space, NEW)
-        ended = follow_step(space, step, log, watch, t, target - t, new, evaluate_end_slope, state_within)
+        ended, new = NONE, row_address(space, NEW)
+        if watch.count > 0:
+            ended = follow_step(space, step, log, watch, t, target - t, new, evaluate_end_slope, state_within)
+        if log.starts:
+            evaluate_end_slope(space, step)
+            save_within(space, step, log, t, target - t, target, state_within)
+            save(log, target, new)
         if march.known:  # as the last stage left them
             look_up(space, t, target - t, 1.0)
         if ended != NONE:

@@ -1,0 +1,1 @@
+"""A run between its saved points, by its method's dense output."""

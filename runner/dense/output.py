@@ -1,0 +1,138 @@
+"""A run between its saved points: the dense output of its method.
+
+A run keeps what it saves and what it was made from. When somebody first asks for what lies between, it is made again,
+by the same steps, and hands over the pieces of its dense output; these are kept where they are not too many.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import typeof, types
+from numpy.typing import NDArray
+
+from qddot.runner import abi
+from qddot.runner.dense.extremes import extremes, states_at
+from qddot.runner.frame.backward import cover, mirrored, mirrored_options
+from qddot.runner.frame.pieces import Recorder
+from qddot.runner.frame.turns import points
+from qddot.runner.inputs.reader import reader_for
+from qddot.runner.inputs.signal import stack
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.pointers import pointer
+from qddot.runner.problem import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from qddot.runner.simulate import Simulation
+
+Numbers = NDArray[np.float64]
+
+#: Numbers in the pieces of a run that are kept: 64 MB.
+MOST_KEPT = 8_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class DenseOutput:
+    """What a simulation is between the steps it takes; steps, end: how many it took, and its last time, s."""
+
+    simulation: "Simulation"
+    steps: int
+    end: float
+    _kept: list[tuple[Numbers, Numbers]] = field(default_factory=list, init=False, repr=False)
+
+    def states_at(self, times: Numbers) -> Numbers:
+        """The states (m, n_states) at times (m,) of the run, s; where two steps meet, those of the later one."""
+        forward, found = self._sense * times, np.full((len(times), len(self._problem.initial_state)), np.nan)
+
+        def take(t: Numbers, x: Numbers) -> None:
+            here = (forward >= t[0, 0]) & (forward <= t[-1, -1])
+            if here.any():
+                states = np.empty((np.count_nonzero(here), x.shape[2]))
+                _compiled_states()((t, x, points(t.shape[1] - 1)), forward[here], states)
+                found[here] = states
+
+        self._go_through(take)
+        return found
+
+    def better(self, best: Numbers, start: float, end: float) -> None:
+        """Better extremes (n_quantities, 4), least value and its time, greatest and its time, between two times.
+
+        Of the quantities, states, outputs and inputs, in the order of the solution.
+        """
+        low, high = sorted((self._sense * start, self._sense * end))
+        problem, subject = self._problem, self.simulation.subject
+        kernel = subject.output_kernel
+        if kernel is not None:
+            kernel = pointer(cover(kernel, "outputs") if self._sense < 0 else kernel, abi.VECTOR_KERNEL, "outputs")
+        source = (kernel or 0, problem.inputs, reader_for(problem.inputs), np.array(problem.constants))
+        stride_of_fixed = self.simulation.method.family == "fixed"
+        found = np.array(best)
+        found[:, 1::2] *= self._sense
+
+        def take(t: Numbers, x: Numbers) -> None:
+            degree = t.shape[1] - 1
+            stride = degree if stride_of_fixed else 1
+            _compiled_extremes()(source, (t, x, points(degree)), stride, low, high, found)
+
+        self._go_through(take)
+        found[:, 1::2] *= self._sense
+        best[:] = found
+
+    @property
+    def _sense(self) -> float:
+        problem = self.simulation.problem
+        return 1.0 if problem.t1 >= problem.t0 else -1.0
+
+    @cached_property
+    def _problem(self) -> Any:
+        problem = self.simulation.problem
+        return problem if self._sense > 0 else mirrored(problem)
+
+    def _go_through(self, take: "Callable[[Numbers, Numbers], None]") -> None:
+        """Hand over the pieces, in order; raises KeyboardInterrupt where Ctrl-C ends the run that makes them."""
+        if self._kept:
+            take(*self._kept[0])
+            return
+        pieces: list[tuple[Numbers, Numbers]] = []
+        size = 0
+
+        def keep(t: Numbers, x: Numbers) -> None:
+            nonlocal size
+            size += x.size
+            if size <= MOST_KEPT:
+                pieces.append((t, x))
+            else:
+                pieces.clear()
+            take(t, x)
+
+        method, options = self.simulation.method, self.simulation.options
+        options = options if self._sense > 0 else mirrored_options(options)
+        recorder = Recorder(keep, self.steps, self._sense * self.end)
+        if method.integrate(self._problem, method, options, recorder).status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if pieces:
+            self._kept.append((np.concatenate([t for t, _ in pieces]), np.concatenate([x for _, x in pieces])))
+
+
+def dense_output(simulation: "Simulation", steps: int, end: float) -> DenseOutput:
+    """That of a run of a simulation that took so many steps to a time, s."""
+    options = replace(simulation.options, events=(), progress=None, time_limit=None)
+    return DenseOutput(replace(simulation, options=options), steps, end)
+
+
+_PIECES = types.Tuple((abi.MATRIX, types.Array(types.float64, 3, "C"), abi.VECTOR))
+
+
+@cache
+def _compiled_states() -> Any:
+    return compiled(types.void(_PIECES, abi.VECTOR, abi.MATRIX), nogil=True)(states_at)
+
+
+@cache
+def _compiled_extremes() -> Any:
+    source = types.Tuple((types.int64, typeof(stack([], [])), abi.VECTOR, abi.VECTOR))
+    scalars = (types.int64, types.float64, types.float64)
+    return compiled(types.void(source, _PIECES, *scalars, abi.MATRIX), nogil=True)(extremes)
