@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,3 +69,13 @@ class Extremes:
     least_at: float
     greatest: float
     greatest_at: float
+
+
+class Between(Protocol):
+    """What a run is between its saved points."""
+
+    def values_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """All quantities (m, n_quantities) at times (m,), s."""
+
+    def better(self, best: NDArray[np.float64], start: float, end: float) -> None:
+        """Better extremes (n_quantities, 4), least value and its time, greatest and its time, between two times."""

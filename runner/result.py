@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner import abi
+from qddot.runner.columns import Between
 from qddot.runner.inputs.reader import sample
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.pointers import call_kernel, pointer
@@ -17,9 +18,6 @@ from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
-
-if TYPE_CHECKING:
-    from qddot.runner.simulate import Simulation
 
 #: What to try after a run that failed.
 ADVICE = {
@@ -82,10 +80,15 @@ class Subject:
         return {f"parameter {name}": float(value) for name, value in self.parameters.items()}
 
 
-def as_solution(simulation: "Simulation", trajectory: Trajectory) -> Solution:
-    """The solution of this trajectory of a simulation."""
-    subject, problem = simulation.subject, simulation.problem
-    method, options = simulation.method, simulation.options
+def as_solution(
+    subject: Subject,
+    problem: Problem,
+    method: Method,
+    options: Options,
+    trajectory: Trajectory,
+    between: Callable[[], Between] | None = None,
+) -> Solution:
+    """The solution of this trajectory; between: gives what lies between its points."""
     failed = trajectory.failed_state
     return Solution(
         t=trajectory.t,
@@ -101,7 +104,7 @@ def as_solution(simulation: "Simulation", trajectory: Trajectory) -> Solution:
         failed_state=subject.states[failed].name if failed >= 0 else "",
         extras=trajectory.extras,
         headlines=subject.headlines,
-        simulation=simulation,
+        between=between,
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from qddot.runner import checks
 from qddot.runner.assembly import assembled
 from qddot.runner.checks import finite, finite_state, shown, unknown
+from qddot.runner.columns import Between
 from qddot.runner.diagnosis import diagnosis
 from qddot.runner.equilibrium import Guess, rest
 from qddot.runner.frame.events import OutputCrossing, StateCrossing
@@ -89,6 +90,8 @@ class Simulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Kernels are the model's: pickled, it carries them by name."""
+        if self.model is None:
+            return Simulation, (self.subject, replace(self.problem), self.method, self.options, None)
         problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None, recurrences=None, held=None)
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
@@ -97,22 +100,35 @@ class Simulation:
         if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
             raise ValueError(f"on_failure is {shown(on_failure)}, expected 'raise' or 'return'")
         problem = self.problem
+        x = problem.initial_state
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
-            x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)
+            if self.model is not None:
+                x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)
         problem = problem.started_from(x, self._workplaces)
-        return run_problem(self.subject, problem, self.method, self.options, on_failure)
+        trajectory = integrate(problem, self.method, self.options)
+        between = _Between(self, x, trajectory.statistics.steps, float(trajectory.t[-1]))
+        solution = as_solution(self.subject, problem, self.method, self.options, trajectory, between)
+        if not solution.success and on_failure == "raise":
+            raise IntegrationError(solution)
+        return solution
 
 
-def run_problem(subject: Subject, problem: Problem, method: Method, options: Options, on_failure: str) -> Solution:
-    """The solution of a checked problem; returns and raises as `simulate`."""
-    if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
-        raise ValueError(f"on_failure is {shown(on_failure)}, expected 'raise' or 'return'")
-    trajectory = integrate(problem, method, options)
-    solution = as_solution(subject, problem, method, options, trajectory)
-    if not solution.success and on_failure == "raise":
-        raise IntegrationError(solution)
-    return solution
+@dataclass(frozen=True, eq=False)
+class _Between:
+    """What lies between the saved points of a run from x (n_states,), when it is called; steps, end: how far it went."""
+
+    simulation: Simulation
+    x: NDArray[np.float64]
+    steps: int
+    end: float
+
+    def __call__(self) -> Between:
+        from qddot.runner.dense.output import DenseOutput  # noqa: PLC0415 - most runs are read where they were saved
+
+        run = self.simulation
+        problem = replace(run.problem, initial_state=self.x)
+        return DenseOutput(run.subject, problem, run.method, run.options, self.steps, self.end)
 
 
 def prepare(

@@ -3,7 +3,7 @@
 import errno
 import pickle
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from qddot.runner import notebook
 from qddot.runner.checks import finite, numbers
-from qddot.runner.columns import Columns, Extremes, Moments
+from qddot.runner.columns import Between, Columns, Extremes, Moments
 from qddot.runner.files import written_aside
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.tables import Quantity
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from qddot.runner.dense.output import DenseOutput
     from qddot.runner.frame.events import EventLog
 
 TIME = Quantity("time", "s", "time")
@@ -40,7 +39,7 @@ class Solution(Columns):
     quantities: n_states states, n_outputs outputs, and the inputs, in this order. `s["q_6"]` is a column (n,), s["t"]
     the time. metadata: model, method, step, parameter values, as text and numbers. failed_at (s), failed_state: where a
     run that failed left. headlines: kind (coordinates, outputs, inputs) -> names that a person looks at first.
-    simulation: what the run was made from, for what lies between its points; None where that is not known.
+    between: gives what lies between its points when it is called, itself or pickled; None where that is not known.
     """
 
     t: NDArray[np.float64]
@@ -56,16 +55,16 @@ class Solution(Columns):
     failed_state: str = ""
     extras: Mapping[str, Any] | None = None
     headlines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    simulation: Any = field(default=None, repr=False)
+    between: Callable[[], Between] | bytes | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         self.t.flags.writeable = self.values.flags.writeable = False
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Unpickled arrays are read-only again; the simulation is looked for when it is needed."""
+        """Unpickled arrays are read-only again; what lies between is looked for when it is needed."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return Solution, tuple((values | {"simulation": _packed(self.simulation)}).values())
+        return Solution, tuple((values | {"between": _packed(self.between)}).values())
 
     def __repr__(self) -> str:
         """Model, method, span, points, how it ended, and the first names."""
@@ -135,17 +134,14 @@ class Solution(Columns):
         outside = times[~((times >= low) & (times <= high))]
         if outside.size:
             raise ValueError(f"t is {outside.flat[0]:g} s, but the run goes from {self.t[0]:g} to {self.t[-1]:g} s")
-        from qddot.runner.result import values_at  # noqa: PLC0415 - it makes solutions
-
-        simulation, flat = self._dense.simulation, times.ravel()
-        states = self._dense.states_at(flat) if len(self.t) > 1 else np.repeat(self.states, flat.size, axis=0)
-        values = values_at(simulation.subject, simulation.problem, flat, states)
+        flat = times.ravel()
+        values = self._dense.values_at(flat) if len(self.t) > 1 else np.repeat(self.values, flat.size, axis=0)
         return Moments(times, values.reshape(*times.shape, values.shape[1]), self.quantities)
 
     @cached_property
     def closely(self) -> Columns:
         """The run at its saved points and at ENOUGH even times, as smooth as `at`; itself where it saved as many."""
-        if self.simulation is None or not 1 < len(self.t) < ENOUGH:
+        if self.between is None or not 1 < len(self.t) < ENOUGH:
             return self
         times = np.union1d(self.t, np.linspace(self.t[0], self.t[-1], ENOUGH))
         return self.at(times if self.t[0] < self.t[-1] else times[::-1])
@@ -175,18 +171,15 @@ class Solution(Columns):
         low, high = sorted((start, end))
         inside = (self.t >= low) & (self.t <= high)
         found = extremes_of_points(self.t[inside], self.values[inside])
-        if len(self.t) > 1 and self.simulation is not None:
+        if len(self.t) > 1 and self.between is not None:
             self._dense.better(found, low, high)
         return found
 
     @cached_property
-    def _dense(self) -> "DenseOutput":
-        if self.simulation is None:
-            raise ValueError("this solution does not know the run that it is of, and only its saved points")
-        from qddot.runner.dense.output import dense_output  # noqa: PLC0415 - most runs are read where they are saved
-
-        simulation = pickle.loads(self.simulation) if isinstance(self.simulation, bytes) else self.simulation
-        return dense_output(simulation, self.statistics.steps, float(self.t[-1]))
+    def _dense(self) -> Between:
+        if self.between is None:
+            raise ValueError("this solution has its saved points alone: what lies between them is not known")
+        return (pickle.loads(self.between) if isinstance(self.between, bytes) else self.between)()
 
     @property
     def attributes(self) -> dict[str, str | float]:
@@ -270,12 +263,12 @@ def extremes_of_points(t: NDArray[np.float64], values: NDArray[np.float64]) -> N
     return found
 
 
-def _packed(simulation: Any) -> bytes | None:
-    """A simulation as bytes; None where a function of it cannot be found by name."""
-    if simulation is None or isinstance(simulation, bytes):
-        return simulation
+def _packed(between: Callable[[], Between] | bytes | None) -> bytes | None:
+    """What lies between saved points as bytes; None where a function that it needs cannot be found by name."""
+    if between is None or isinstance(between, bytes):
+        return between
     try:
-        return pickle.dumps(simulation)
+        return pickle.dumps(between)
     except (pickle.PicklingError, AttributeError, TypeError):
         return None
 

@@ -16,7 +16,7 @@ from qddot.runner.method import Method
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Problem
 from qddot.runner.result import Subject
-from qddot.runner.simulate import chosen_method, given_options, run_problem
+from qddot.runner.simulate import Simulation, chosen_method, given_options
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
 from qddot.runner.takers import fitted
@@ -69,7 +69,7 @@ def solve(
         headlines={"states": names, "inputs": tuple(f"u_{i + 1}" for i in range(len(signals)))},
     )
     check_first_calls(problem, settings)
-    return run_problem(subject, problem, chosen, settings, on_failure)
+    return Simulation(subject, problem, chosen, settings, None)(on_failure=on_failure)
 
 
 def _names_of_states(names: Sequence[str] | None, n: int, taken: Sequence[str]) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ def _write(study: StudyTable, solution: Solution, path: Path, data: Path, title:
     picture = data.with_name(f"{data.stem}.png")
     seen = solution
     if solution.statistics.wall_time > PATIENCE:
-        seen = replace(solution, simulation=None)
+        seen = replace(solution, between=None)
         _note("note:", f"a run of more than {PATIENCE:g} s: extremes and figure are those of its saved points")
     if drawing is not None:
         drawing.begin(_curves(study, seen, path, title), picture)

@@ -45,7 +45,7 @@ def extremes(source, pieces, stride, start, end, best):
     where = np.full((2, 2, quantities, 2), -1, dtype=np.int64)
     count = 0
     for p in range(len(t)):
-        if t[p, degree] < start or t[p, 0] > end:
+        if not overlaps(t, p, start, end):
             continue
         length, before = t[p, degree] - t[p, 0], -1.0
         for j in range(0, degree + 1, stride):
@@ -72,6 +72,12 @@ def extremes(source, pieces, stride, start, end, best):
                 hopeless = seen[way, s, q] + reach < known or (reach == 0.0 and seen[way, s, q] == known)
                 if place[0] >= 0 and not hopeless:
                     climb_beside(source, pieces, place, stride, start, end, q, sign, best, rows[0], room)
+
+
+@compiled(**LEAN)
+def overlaps(t, p, start, end):
+    """Whether there is a piece p, and it has times between two."""
+    return 0 <= p < len(t) and t[p, t.shape[1] - 1] >= start and t[p, 0] <= end
 
 
 @compiled(**LEAN)
@@ -158,7 +164,7 @@ def climb_beside(source, pieces, place, stride, start, end, q, sign, best, row, 
     degree = len(points) - 1
     for way in (-1, 1):
         p, j = place[0], place[1]
-        if j == (0 if way < 0 else degree) and 0 <= p + way < len(t):
+        if j == (0 if way < 0 else degree) and overlaps(t, p + way, start, end):
             p, j = p + way, degree - j
         near = within(t, p, points[j], start, end)
         far = within(t, p, points[min(degree, max(0, j + way * stride))], start, end)

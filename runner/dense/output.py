@@ -4,9 +4,10 @@ A run keeps what it saves and what it was made from. When somebody first asks fo
 by the same steps, and hands over the pieces of its dense output; these are kept where they are not too many.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numba import typeof, types
@@ -21,12 +22,10 @@ from qddot.runner.inputs.reader import reader_for
 from qddot.runner.inputs.signal import stack
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.pointers import pointer
-from qddot.runner.problem import Status
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from qddot.runner.simulate import Simulation
+from qddot.runner.method import Method
+from qddot.runner.options import Options
+from qddot.runner.problem import Problem, Status
+from qddot.runner.result import Subject, values_at
 
 Numbers = NDArray[np.float64]
 
@@ -36,16 +35,26 @@ MOST_KEPT = 8_000_000
 
 @dataclass(frozen=True, eq=False)
 class DenseOutput:
-    """What a simulation is between the steps it takes; steps, end: how many it took, and its last time, s."""
+    """What a run is between the steps it takes; steps, end: how many it took, and its last time, s.
 
-    simulation: "Simulation"
+    subject, problem, method, options: what it was made from.
+    """
+
+    subject: Subject
+    problem: Problem
+    method: Method
+    options: Options
     steps: int
     end: float
     _kept: list[tuple[Numbers, Numbers]] = field(default_factory=list, init=False, repr=False)
 
-    def states_at(self, times: Numbers) -> Numbers:
-        """The states (m, n_states) at times (m,) of the run, s; where two steps meet, those of the later one."""
-        forward, found = self._sense * times, np.full((len(times), len(self._problem.initial_state)), np.nan)
+    def values_at(self, times: Numbers) -> Numbers:
+        """States, outputs, inputs (m, n_quantities) at times (m,) of the run, s; at a jump, the limit from the right."""
+        return values_at(self.subject, self.problem, times, self._states_at(times))
+
+    def _states_at(self, times: Numbers) -> Numbers:
+        """The states (m, n_states) at times (m,); where two steps meet, those of the later one."""
+        forward, found = self._sense * times, np.full((len(times), len(self._forward.initial_state)), np.nan)
 
         def take(t: Numbers, x: Numbers) -> None:
             here = (forward >= t[0, 0]) & (forward <= t[-1, -1])
@@ -63,18 +72,16 @@ class DenseOutput:
         Of the quantities, states, outputs and inputs, in the order of the solution.
         """
         low, high = sorted((self._sense * start, self._sense * end))
-        problem, subject = self._problem, self.simulation.subject
-        kernel = subject.output_kernel
+        problem, kernel = self._forward, self.subject.output_kernel
         if kernel is not None:
             kernel = pointer(cover(kernel, "outputs") if self._sense < 0 else kernel, abi.VECTOR_KERNEL, "outputs")
         source = (kernel or 0, problem.inputs, reader_for(problem.inputs), np.array(problem.constants))
-        stride_of_fixed = self.simulation.method.family == "fixed"
         found = np.array(best)
         found[:, 1::2] *= self._sense
 
         def take(t: Numbers, x: Numbers) -> None:
             degree = t.shape[1] - 1
-            stride = degree if stride_of_fixed else 1
+            stride = degree if self.method.family == "fixed" else 1
             _compiled_extremes()(source, (t, x, points(degree)), stride, low, high, found)
 
         self._go_through(take)
@@ -83,15 +90,13 @@ class DenseOutput:
 
     @property
     def _sense(self) -> float:
-        problem = self.simulation.problem
-        return 1.0 if problem.t1 >= problem.t0 else -1.0
+        return 1.0 if self.problem.t1 >= self.problem.t0 else -1.0
 
     @cached_property
-    def _problem(self) -> Any:
-        problem = self.simulation.problem
-        return problem if self._sense > 0 else mirrored(problem)
+    def _forward(self) -> Problem:
+        return self.problem if self._sense > 0 else mirrored(self.problem)
 
-    def _go_through(self, take: "Callable[[Numbers, Numbers], None]") -> None:
+    def _go_through(self, take: Callable[[Numbers, Numbers], None]) -> None:
         """Hand over the pieces, in order; raises KeyboardInterrupt where Ctrl-C ends the run that makes them."""
         if self._kept:
             take(*self._kept[0])
@@ -108,19 +113,13 @@ class DenseOutput:
                 pieces.clear()
             take(t, x)
 
-        method, options = self.simulation.method, self.simulation.options
+        options = replace(self.options, events=(), progress=None, time_limit=None)
         options = options if self._sense > 0 else mirrored_options(options)
         recorder = Recorder(keep, self.steps, self._sense * self.end)
-        if method.integrate(self._problem, method, options, recorder).status is Status.INTERRUPTED:
+        if self.method.integrate(self._forward, self.method, options, recorder).status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         if pieces:
             self._kept.append((np.concatenate([t for t, _ in pieces]), np.concatenate([x for _, x in pieces])))
-
-
-def dense_output(simulation: "Simulation", steps: int, end: float) -> DenseOutput:
-    """That of a run of a simulation that took so many steps to a time, s."""
-    options = replace(simulation.options, events=(), progress=None, time_limit=None)
-    return DenseOutput(replace(simulation, options=options), steps, end)
 
 
 _PIECES = types.Tuple((abi.MATRIX, types.Array(types.float64, 3, "C"), abi.VECTOR))
