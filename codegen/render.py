@@ -94,12 +94,17 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
     writes = list(enumerate(kernel.writes))[copied:]
     target = HEADS[name][0][-1]
     paragraphs = (
-        (f"{target}[:{copied}] = parameters",) if copied else (),
+        _copying(copied, target),
         _unpacked(program, name, kernel.replace(kernel.temporaries, kernel.writes[copied:])),
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
         tuple(f"{target}[{k}] = {printer(value)}{_place(slot)}" for k, (slot, value) in writes),
     )
     return function(name, paragraphs, states=bool(program.equations.states))
+
+
+def _copying(count: int, target: str) -> tuple[str, ...]:
+    """What copies the parameters: a loop, since numba takes seconds to compile what a slice checks of their shapes."""
+    return (f"for place in range({count}):", f"    {target}[place] = parameters[place]") if count else ()
 
 
 def _place(slot: Slot) -> str:

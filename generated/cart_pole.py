@@ -90,7 +90,8 @@ thetaddot solved force_2 half_L_times_m_p cos_theta xddot 1 node_8 thetaddot
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:6] = parameters
+    for place in range(6):
+        constants[place] = parameters[place]
 
     m_c = parameters[0]
     m_p = parameters[1]

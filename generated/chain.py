@@ -126,7 +126,8 @@ node_9 linear -c*inverse_m tmp_18 -inverse_m*k tmp_17
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:3] = parameters
+    for place in range(3):
+        constants[place] = parameters[place]
 
     m = parameters[0]
 

@@ -103,7 +103,8 @@ thetaddot_2 solved force_2 l_1_times_l_2_times_m_2 cos_tmp_1 thetaddot_1 l_2_squ
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:7] = parameters
+    for place in range(7):
+        constants[place] = parameters[place]
 
     m_1, m_2 = parameters[0], parameters[1]
     l_1, l_2 = parameters[2], parameters[3]

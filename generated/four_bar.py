@@ -91,7 +91,8 @@ WITHOUT_RECURRENCE = "motion under constraints"
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:9] = parameters
+    for place in range(9):
+        constants[place] = parameters[place]
 
     l_1, l_2, l_3 = parameters[0], parameters[1], parameters[2]
     m_1, m_2, m_3 = parameters[4], parameters[5], parameters[6]

@@ -110,7 +110,8 @@ node_4 linear inverse_m_r*k_tr w_r -inverse_m_r*k_tr z_r inverse_m_r tmp_2
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:12] = parameters
+    for place in range(12):
+        constants[place] = parameters[place]
 
     m_b = parameters[0]
     I_b = parameters[1]

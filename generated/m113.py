@@ -152,7 +152,8 @@ qddot_7 linear -inverse_I_6*l_10_minus_l_9 F -a_1*inverse_I_6 tmp_1 -a_2*inverse
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:29] = parameters
+    for place in range(29):
+        constants[place] = parameters[place]
 
     m_1, m_2, m_3, m_4, m_5 = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     m_6 = parameters[5]

@@ -60,7 +60,8 @@ node_1 linear -g_times_m_2*inverse_m_2 1 -inverse_m_2*k_2_plus_k_7 q_2
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:4] = parameters
+    for place in range(4):
+        constants[place] = parameters[place]
 
     m_2 = parameters[0]
     k_2, k_7 = parameters[1], parameters[2]

@@ -133,7 +133,8 @@ thetaddot_3 solved force_3 1 node_34 thetaddot_1 1 node_35 thetaddot_2 1 node_36
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:4] = parameters
+    for place in range(4):
+        constants[place] = parameters[place]
 
     m = parameters[0]
     L = parameters[1]

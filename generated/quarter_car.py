@@ -76,7 +76,8 @@ node_2 linear inverse_m_u*k_t z_r -inverse_m_u*k_t z_u inverse_m_u tmp_1
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:5] = parameters
+    for place in range(5):
+        constants[place] = parameters[place]
 
     m_s = parameters[0]
     m_u = parameters[1]

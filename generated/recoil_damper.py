@@ -122,7 +122,8 @@ xddot linear -inverse_m node_25 -inverse_m*k_1_plus_k_r x inverse_m F
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def constants(parameters, constants):
     """Constants of a run from its parameters."""
-    constants[:18] = parameters
+    for place in range(18):
+        constants[place] = parameters[place]
 
     m = parameters[0]
     k_r = parameters[1]

@@ -116,7 +116,7 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class _Between:
-    """What lies between the saved points of a run from x (n_states,), when it is called; steps, end: how far it went."""
+    """What lies between the saved points of a run from x (n_states,), when called; steps, end: how far it went."""
 
     simulation: Simulation
     x: NDArray[np.float64]

@@ -49,7 +49,7 @@ class DenseOutput:
     _kept: list[tuple[Numbers, Numbers]] = field(default_factory=list, init=False, repr=False)
 
     def values_at(self, times: Numbers) -> Numbers:
-        """States, outputs, inputs (m, n_quantities) at times (m,) of the run, s; at a jump, the limit from the right."""
+        """States, outputs, inputs (m, n_quantities) at times (m,), s; at a jump the limit from the right."""
         return values_at(self.subject, self.problem, times, self._states_at(times))
 
     def _states_at(self, times: Numbers) -> Numbers:

@@ -2,8 +2,7 @@
 
 from qddot.runner.explicit.step import interpolate, prepare_dense
 from qddot.runner.explicit.workspace import WITHIN, Y
-from qddot.runner.frame.projection import project_at_end
-from qddot.runner.frame.space import row_address
+from qddot.runner.frame.space import project_at_end, row_address
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, layout
 
@@ -32,6 +31,6 @@ def state_within(space, step, theta):
     if theta == 0.0:
         return row_address(space, Y)
     interpolate(space, pair, theta, course.length)
-    if space.constraints != 0:
+    if space.project != 0:
         project_at_end(space, course.start, theta * course.length, row_address(space, WITHIN))
     return row_address(space, WITHIN)

@@ -12,9 +12,8 @@ from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_end_slope, evaluate_next_slope, take_step
 from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WITHIN, Y, copy
 from qddot.runner.frame.log import has_room, next_stop
-from qddot.runner.frame.projection import project, project_at_end
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import row_address, states
+from qddot.runner.frame.space import project, project_at_end, row_address, states
 from qddot.runner.frame.step_control import (
     LEAST_LAST_ERROR,
     MATLAB,
@@ -49,7 +48,7 @@ def restart(space, pair, control, course, log, watch):
     ahead = next_stop(log) - t
     course.restart = 0
     settle(space, t, ahead)
-    if space.constraints != 0:
+    if space.project != 0:
         project(space, t, row_address(space, Y))
     slope(space, t, Y, K0)
     course.evaluations += 1
@@ -109,7 +108,7 @@ def take_good_step(space, pair, control, course, log):
     course.steps += 1
     log.stop += landing
     course.restart, course.dense = landing, 0
-    if space.constraints != 0:
+    if space.project != 0:
         project_at_end(space, t, h, row_address(space, NEW))
         course.evaluations += evaluate_end_slope(space, pair, t, h)
     else:

@@ -10,8 +10,7 @@ from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_stages
 from qddot.runner.explicit.workspace import BLOCK_BYTES, K0, NEW, Y, combine_with_latest, copy
 from qddot.runner.frame.log import next_stop, save, take_wanted
-from qddot.runner.frame.projection import project_at_end
-from qddot.runner.frame.space import look_up, row_address, states
+from qddot.runner.frame.space import look_up, project_at_end, row_address, states
 from qddot.runner.inputs.instants import ROUNDING, rounding
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, floats, layout
@@ -79,7 +78,7 @@ def march_to(space, tableau, march, log, target):
     slope(space, t, Y, K0)
     evaluate_stages(space, tableau, t, h, np.int64(1), tableau.stages)
     combine_with_latest(space, h, Y, tableau.b, tableau.stages, NEW)
-    if space.constraints != 0:
+    if space.project != 0:
         project_at_end(space, t, h, row_address(space, NEW))
     march.known = floats(tableau.c, tableau.stages)[tableau.stages - 1] == 1.0
 

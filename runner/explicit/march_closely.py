@@ -14,9 +14,8 @@ from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.workspace import K0, NEW, WITHIN, Y, copy
 from qddot.runner.frame.hermite import cubic
 from qddot.runner.frame.log import has_room, next_stop, save
-from qddot.runner.frame.projection import project_at_end
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import look_up, row_address, states
+from qddot.runner.frame.space import look_up, project_at_end, row_address, states
 from qddot.runner.frame.step_end import events_at_start, follow_step, save_within
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
@@ -81,6 +80,6 @@ def state_within(space, step, theta):
     start, end, within = states(space, Y), states(space, NEW), states(space, WITHIN)
     slope_start, slope_end = states(space, K0), states(space, K0 + tableau.stages)
     cubic(theta, march.target - march.now, start, slope_start, end, slope_end, within)
-    if space.constraints != 0:
+    if space.project != 0:
         project_at_end(space, march.now, theta * (march.target - march.now), row_address(space, WITHIN))
     return row_address(space, WITHIN)

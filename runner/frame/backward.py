@@ -102,7 +102,7 @@ def _mirrored_jacobian(jacobian: Any) -> Any:
 def _mirrored_constraints(held: Held | None) -> Held | None:
     if held is None:
         return None
-    return replace(held, kernel=replace(held.kernel, kernel=_cover(held.kernel.kernel, "constraints")))
+    return replace(held, kernel=replace(held.kernel, kernel=cover(held.kernel.kernel, "constraints")))
 
 
 @cache

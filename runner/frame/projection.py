@@ -3,16 +3,32 @@
 Positions by Newton's iteration, M dq + G' l = 0 with G dq = -f(q, t), then velocities by one solution of the same,
 G dv = -(G v + df/dt). E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2; in the metric of
 M that is what impulses of the constraints would do. Constraints on positions stand first.
+
+Loops call it by its address: it is no part of them, and compiled for models with constraints alone.
 """
 
-import numpy as np
+from functools import cache
+from typing import Any
 
-from qddot.runner.frame.space import constants, input_values, look_up
+import numpy as np
+from numba import from_dtype, types
+from numpy.typing import NDArray
+
+from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.constrained import compiled_work_size, distance, factorize, magnitude, solve
-from qddot.runner.machine.memory import LEAN, VIEW, floats, matrix
-from qddot.runner.machine.pointers import call_kernel
+from qddot.runner.machine.constrained import compiled_work_size, distance, factorize, magnitude, solve, work_size
+from qddot.runner.machine.memory import LEAN, VIEW, address, floats, intrinsic, layout, matrix
+from qddot.runner.machine.pointers import call_kernel, caller, pointer
 from qddot.runner.matrices import scatter
+from qddot.runner.problem import Held
+
+#: What a state is kept on, in addresses and lengths. constraints: their kernel, and how many there are of them, on
+#: positions the first n_positions; values, places (n_entries,): what the kernel writes, and where that stands; room:
+#: for `project`; constants (n_constants,) and u (channels,): those of the run.
+HELD = layout(
+    "constraints n coordinates n_constraints n_positions n_entries values places room constants n_constants u channels"
+)
+SIGNATURE = types.void(types.int64, types.float64, types.int64)
 
 #: Newton iterations; a distance from the constraints that is rounding, relative to the size of the coordinates.
 MOST_CORRECTIONS, ROUNDING = 12, 1e-15
@@ -20,24 +36,70 @@ MOST_CORRECTIONS, ROUNDING = 12, 1e-15
 STAGNANT = 0.5
 
 
-@compiled(**LEAN)
-def project_at_end(space, t, h, x):
-    """Put the state at an address on the constraints at the end of the step from t to t + h."""
-    if space.n_inputs > 0:
-        look_up(space, t, h, 1.0)
-    project(space, t + h, x)
+def projection_for(
+    held: Held, n: int, constants: NDArray[np.float64], u: NDArray[np.float64]
+) -> tuple[dict[str, int], dict[str, NDArray[Any]]]:
+    """The addresses of `project` and of the record `held` that it wants, and the arrays that these lie in.
+
+    n: of states; constants (n_constants,), u (channels,): of the run, where it changes them.
+    """
+    coordinates, m, pattern = held.coordinates, held.constraints, held.kernel.pattern
+    arrays = {
+        "values": np.zeros(pattern.entries),
+        "places": pattern.places(),
+        "room": np.zeros((coordinates + m) * (2 * coordinates + 3) + m + work_size(coordinates, m)),
+    }
+    fields = np.zeros(1, dtype=HELD)
+    numbers = {
+        "constraints": pointer(held.kernel.kernel, VECTOR_KERNEL, "constraints"),
+        "n": n,
+        "coordinates": coordinates,
+        "n_constraints": m,
+        "n_positions": held.positions,
+        "n_entries": pattern.entries,
+        "n_constants": len(constants),
+        "channels": len(u),
+    }
+    for name, value in numbers.items():
+        fields[name] = value
+    for name, array in (arrays | {"constants": constants, "u": u}).items():
+        fields[name] = address(array)
+    addresses = {"project": pointer(_compiled(), SIGNATURE, "project"), "held": address(fields)}
+    return addresses, arrays | {"held": fields}
 
 
-@compiled(**LEAN)
-def project(space, t, x):
-    """Put the state at an address on the constraints at t, the inputs being set: positions, then velocities."""
-    n, m = space.coordinates, space.n_constraints
-    M, G, right, work = _masses(space, n, m), _gradients(space, n, m), _right(space, n, m), _work(space, n, m)
-    residuals, q, v = _residuals(space, n, m), floats(x, n), floats(x + 8 * n, n)
+@cache
+def _compiled() -> Any:
+    return compiled(SIGNATURE, _nrt=False)(project)
+
+
+@intrinsic
+def held_at(typing_context: Any, where: Any) -> Any:
+    """The record at an address."""
+    kind = from_dtype(HELD)
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(kind))
+
+    return kind(types.int64), emit
+
+
+@intrinsic
+def call_projection(typing_context: Any, where: Any, held: Any, t: Any, x: Any) -> Any:
+    """Call `project` at an address."""
+    return caller(SIGNATURE)
+
+
+def project(where, t, x):
+    """Put the state at address x on the constraints of the record at an address, at t: positions, then velocities."""
+    held = held_at(where)
+    n, m = held.coordinates, held.n_constraints
+    M, G, right, work = _masses(held, n, m), _gradients(held, n, m), _right(held, n, m), _work(held, n, m)
+    residuals, q, v = _residuals(held, n, m), floats(x, n), floats(x + 8 * n, n)
     last = np.inf
     for _ in range(MOST_CORRECTIONS):
-        _evaluate(space, t, x, n, m)
-        if not factorize(M, G, space.n_positions, residuals, q, work):
+        _evaluate(held, t, x, n, m)
+        if not factorize(M, G, held.n_positions, residuals, q, work):
             return
         off = distance(G, residuals, work)
         if not ROUNDING * magnitude(G, q, work) < off < STAGNANT * last:
@@ -46,9 +108,9 @@ def project(space, t, x):
         for i in range(n):
             q[i] += right[i]
         last = off
-    if space.n_positions < m:
+    if held.n_positions < m:
         factorize(M, G, m, residuals, q, work)
-    whole = _whole(space, n, m)
+    whole = _whole(held, n, m)
     for j in range(m):
         residuals[j] = whole[n + j, n + 1]
     _solve_for(G, work, right, residuals)
@@ -68,13 +130,14 @@ def _solve_for(G, work, right, residuals):
 
 
 @compiled(**LEAN)
-def _evaluate(space, t, x, n, m):
+def _evaluate(held, t, x, n, m):
     """M, G and the residuals of positions."""
-    whole = _whole(space, n, m)
-    values = floats(space.constraint_values, space.n_entries)
-    call_kernel(space.constraints, t, floats(x, space.n), input_values(space), constants(space), values)
-    scatter(space.constraint_values, space.constraint_places, space.n_entries, space.projection, (n + m) * (n + 2))
-    M, G, residuals = _masses(space, n, m), _gradients(space, n, m), _residuals(space, n, m)
+    whole = _whole(held, n, m)
+    values = floats(held.values, held.n_entries)
+    u, c = floats(held.u, held.channels), floats(held.constants, held.n_constants)
+    call_kernel(held.constraints, t, floats(x, held.n), u, c, values)
+    scatter(held.values, held.places, held.n_entries, held.room, (n + m) * (n + 2))
+    M, G, residuals = _masses(held, n, m), _gradients(held, n, m), _residuals(held, n, m)
     for i in range(n):
         for k in range(i + 1):
             M[i, k] = whole[i, k]
@@ -85,31 +148,31 @@ def _evaluate(space, t, x, n, m):
 
 
 @compiled(**VIEW)
-def _whole(space, n, m):
+def _whole(held, n, m):
     """What the kernel writes, (n + m, n + 2)."""
-    return matrix(space.projection, n + m, n + 2)
+    return matrix(held.room, n + m, n + 2)
 
 
 @compiled(**VIEW)
-def _masses(space, n, m):
-    return matrix(space.projection + 8 * (n + m) * (n + 2), n, n)
+def _masses(held, n, m):
+    return matrix(held.room + 8 * (n + m) * (n + 2), n, n)
 
 
 @compiled(**VIEW)
-def _gradients(space, n, m):
-    return matrix(space.projection + 8 * ((n + m) * (n + 2) + n * n), m, n)
+def _gradients(held, n, m):
+    return matrix(held.room + 8 * ((n + m) * (n + 2) + n * n), m, n)
 
 
 @compiled(**VIEW)
-def _right(space, n, m):
-    return floats(space.projection + 8 * ((n + m) * (2 * n + 2)), n + m)
+def _right(held, n, m):
+    return floats(held.room + 8 * ((n + m) * (2 * n + 2)), n + m)
 
 
 @compiled(**VIEW)
-def _residuals(space, n, m):
-    return floats(space.projection + 8 * ((n + m) * (2 * n + 3)), m)
+def _residuals(held, n, m):
+    return floats(held.room + 8 * ((n + m) * (2 * n + 3)), m)
 
 
 @compiled(**VIEW)
-def _work(space, n, m):
-    return floats(space.projection + 8 * ((n + m) * (2 * n + 3) + m), compiled_work_size(n, m))
+def _work(held, n, m):
+    return floats(held.room + 8 * ((n + m) * (2 * n + 3) + m), compiled_work_size(n, m))

@@ -8,25 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.frame.projection import call_projection, projection_for
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.inputs.piece import InputTable
 from qddot.runner.inputs.reader import read, reader_for
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.constrained import work_size
 from qddot.runner.machine.memory import INLINE, LEAN, VIEW, address, floats, integers, layout, matrix, record, writable
-from qddot.runner.machine.pointers import pointer
-from qddot.runner.problem import Held, Problem
+from qddot.runner.problem import Problem
 
 #: Addresses (see `memory`, `pointers`) and lengths. rhs; work: rows of n states, `stride` bytes apart; constants
 #: (n_constants,); u (channels,); reader (reader_size,); pieces to order as in `InputTable`; steady: not 0 while all
-#: inputs are known to be constant, and stand in u. constraints: the kernel of those on which the state is kept, 0 where
-#: it is kept on none; how many, on positions the first n_positions of them; projection: room for that, with the values
-#: that the kernel writes and their places.
+#: inputs are known to be constant, and stand in u. project, held: what keeps the state on constraints, and the record
+#: of these, see `projection`; 0 where it is kept on none.
 _COMMON = (
     "rhs work n stride constants n_constants n_inputs channels u reader reader_size steady "
-    "pieces n_pieces first last rate offset order "
-    "constraints coordinates n_constraints n_positions projection constraint_values constraint_places n_entries"
+    "pieces n_pieces first last rate offset order project held"
 )
 
 
@@ -47,30 +43,21 @@ def make_space(
         "reader": reader_for(inputs),
         **own,
     }
-    if (held := problem.held) is not None:
-        arrays |= _projection(held)
-        numbers["constraints"] = pointer(held.kernel.kernel, VECTOR_KERNEL, "constraints")
-        numbers |= {"coordinates": held.coordinates, "n_constraints": held.constraints, "n_positions": held.positions}
-        numbers["n_entries"] = held.kernel.pattern.entries
+    n = len(problem.initial_state)
+    kept_alive: dict[str, NDArray[Any]] = {}
+    if problem.held is not None:
+        addresses, kept_alive = projection_for(problem.held, n, arrays["constants"], arrays["u"])
+        numbers |= addresses
     numbers |= {
-        "n": len(problem.initial_state),
+        "n": n,
         "n_constants": len(problem.constants),
         "n_inputs": int(problem.n_inputs),
         "channels": len(inputs.first),
         "n_pieces": len(inputs.pieces),
         "reader_size": len(arrays["reader"]),
     }
-    return record(fields, **numbers, **{name: address(array) for name, array in arrays.items()}), arrays
-
-
-def _projection(held: Held) -> dict[str, NDArray[Any]]:
-    """Where a state is put on constraints: see `projection`."""
-    n, m, pattern = held.coordinates, held.constraints, held.kernel.pattern
-    return {
-        "projection": np.zeros((n + m) * (2 * n + 3) + m + work_size(n, m)),
-        "constraint_values": np.zeros(pattern.entries),
-        "constraint_places": pattern.places(),
-    }
+    made = record(fields, **numbers, **{name: address(array) for name, array in arrays.items()})
+    return made, arrays | kept_alive
 
 
 @compiled(**INLINE)
@@ -125,3 +112,17 @@ def look_up(space, t, h, c):
     """Look the inputs up at t + c*h of the step from t to t + h."""
     if space.steady == 0:
         set_inputs(space, t + c * h, side_of(t, h, c))
+
+
+@compiled(**LEAN)
+def project(space, t, x):
+    """Put the state at an address on the constraints at t, the inputs being set."""
+    call_projection(space.project, space.held, t, x)
+
+
+@compiled(**LEAN)
+def project_at_end(space, t, h, x):
+    """Put the state at an address on the constraints at the end of the step from t to t + h."""
+    if space.n_inputs > 0:
+        look_up(space, t, h, 1.0)
+    project(space, t + h, x)

@@ -11,9 +11,8 @@ come.
 import numpy as np
 
 from qddot.runner.frame.log import has_room, next_stop
-from qddot.runner.frame.projection import project, project_at_end
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import row_address, set_inputs
+from qddot.runner.frame.space import project, project_at_end, row_address, set_inputs
 from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
@@ -63,7 +62,7 @@ def state_within(space, s, theta):
     if theta == 0.0:
         return row_address(space, X)
     evaluate_polynomial(vectors(space), theta)
-    if space.constraints != 0:
+    if space.project != 0:
         project_at_end(space, s.t, theta * s.length, row_address(space, WITHIN))
     return row_address(space, WITHIN)
 
@@ -75,7 +74,7 @@ def begin_segment(space, s, v, log, watch):
     s.reaches_end = False
     s.length, s.t_new = 0.0, s.t
     set_inputs(space, s.t, after(s.t, s.segment_end - s.t))
-    if space.constraints != 0:
+    if space.project != 0:
         project(space, s.t, row_address(space, X))
     if events_at_start(space, s, log, watch, s.t, s.steps == 0, state_within):
         return TERMINATED

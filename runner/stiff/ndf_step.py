@@ -5,8 +5,7 @@ Shampine & Reichelt (1997), sections 2.2, 2.3 and 4, with the constants of the p
 
 import numpy as np
 
-from qddot.runner.frame.projection import project_at_end
-from qddot.runner.frame.space import row_address, set_inputs
+from qddot.runner.frame.space import project_at_end, row_address, set_inputs
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
@@ -44,7 +43,7 @@ def take_good_step(space, s, v):
         status = _solve(space, s, v)
         if status != RUNNING:
             return status
-        if space.constraints != 0:
+        if space.project != 0:
             _project(space, s, v)
         s.error = weighted_norm(s, v, CORRECTION) * ERROR[s.bdf, s.k - 1]
         if s.error <= s.rtol:

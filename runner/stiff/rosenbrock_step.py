@@ -5,8 +5,7 @@ The form of HW, equation IV.7.25; see `tableau_rosenbrock`.
 
 import numpy as np
 
-from qddot.runner.frame.projection import project_at_end
-from qddot.runner.frame.space import row_address, set_inputs
+from qddot.runner.frame.space import project_at_end, row_address, set_inputs
 from qddot.runner.frame.step_control import MATLAB, after_failure, after_success, tolerance
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
@@ -63,7 +62,7 @@ def take_good_step(space, s, v):
         if error <= 1.0:
             s.next_h = s.h * after_success(s, error, s.last_error, failures > 0)
             s.last_error = error
-            if space.constraints != 0:
+            if space.project != 0:
                 project_at_end(space, s.t, s.t_new - s.t, row_address(space, X_NEW))
             return RUNNING
         failures += 1
