@@ -16,6 +16,13 @@ CONSTRAINED = ("four_bar",)
 MODELS = tuple(name for name in shipped_names() if name not in CONSTRAINED and not shipped(name).states)
 
 
+def pytest_collection_modifyitems(config, items):
+    """Leave out what is marked long, unless a mark is asked for."""
+    if not config.option.markexpr:
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
+        items[:] = [item for item in items if not item.get_closest_marker("long")]
+
+
 @pytest.fixture(params=MODELS)
 def name(request):
     return request.param

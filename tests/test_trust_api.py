@@ -182,7 +182,7 @@ def test_the_arguments_that_the_battery_varies_work():
     [
         (lambda: qddot.simulate("m113", (0, 1)), r"model is 'm113', expected a model: qddot.load\('m113'\)"),
         (lambda: qddot.simulate(CAR, 10), r"span is 10, expected \(start, end\)"),
-        (lambda: qddot.simulate(CAR, (0, 1), inputs=ROAD), "inputs is <Signal of 2 pieces.*, expected a mapping from names"),
+        (lambda: qddot.simulate(CAR, (0, 1), inputs=ROAD), "inputs is <Signal of .*, expected a mapping from names"),
         (lambda: qddot.simulate(CAR, (0, 10**400), step=1.0), "span: its end is 1000.*, expected a finite number"),
         (lambda: qddot.simulate(CAR, (0, 1), method="ode15s", max_order=2.5), "max_order is 2.5, expected a whole"),
         (lambda: qddot.simulate(CAR, (0, 1), step=0.1, every=2**63), "every is 9223372036854775808, expected a whole"),

@@ -430,11 +430,11 @@ ONE = [
 ]
 ODD_ONE = [floor, gamma, sympy.re, log, sqrt, acos, lambda e: 1 / e]
 TWO = [
-    *(lambda a, b: a + b, lambda a, b: a * b, lambda a, b: a - b, Max, Min, lambda a, b: (1 + a**2) ** b),
+    *(lambda a, b: a + b, lambda a, b: a * b, lambda a, b: a - b, Max, Min, lambda a, b: _power(1 + a**2, b)),
     lambda a, b: Piecewise((a, x < y), (b, True)),
     lambda a, b: Piecewise((a, (b > 0) | (x > d)), (b, True)),
 ]
-ODD_TWO = [lambda a, b: a**b, lambda a, b: Piecewise((a, b > 0)), lambda a, b: a / b]
+ODD_TWO = [lambda a, b: _power(a, b), lambda a, b: Piecewise((a, b > 0)), lambda a, b: a / b]
 
 
 def expressions(leaves, one, two):
@@ -445,6 +445,13 @@ def expressions(leaves, one, two):
         )
 
     return st.recursive(leaves, grown, max_leaves=6)
+
+
+def _power(base, exponent):
+    """SymPy itself writes out the digits of a number to the power of another, were it all night long."""
+    if exponent.is_Integer and abs(exponent) > 1000:
+        raise ValueError(f"the power {exponent}")
+    return base**exponent
 
 
 def _made(function, *arguments):
