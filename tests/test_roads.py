@@ -52,7 +52,7 @@ def test_shapes_are_their_formulas(height, length, at):
     sloped = np.clip(np.minimum(s, 1 - s) / 0.25, 0, 1)
     np.testing.assert_allclose(pothole(height, length, at, 0.25 * length)(x), -height * sloped, atol=1e-9)
     waves = 0.1 + height * np.sin(2 * np.pi * x / length + 0.3)
-    np.testing.assert_allclose(sine(height, length, 0.3, 0.1)(x), waves, rtol=0, atol=1e-12 * height)
+    np.testing.assert_allclose(sine(height, length, 0.3, 0.1)(x), waves, rtol=0, atol=1e-12 * abs(height))
 
 
 @pytest.mark.parametrize("of", CLASSES)
