@@ -1,9 +1,11 @@
 """The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function.
 
-from qddot.model import Constraint, Coordinate, Input, Output, Parameter, Quantity, Rolling, State, System, Table
+from qddot.model import Constraint, Coordinate, Input, Output, Parameter, Part, Quantity, Rolling, State, System, Table
 """
 
 from qddot.model.constraints import Constraint, Rolling
+from qddot.model.part import Part
+from qddot.model.sympy_mechanics import from_sympy
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, State, System, t
 from qddot.model.table import Table
 
@@ -14,10 +16,12 @@ __all__ = [
     "ModelError",
     "Output",
     "Parameter",
+    "Part",
     "Quantity",
     "Rolling",
     "State",
     "System",
     "Table",
+    "from_sympy",
     "t",
 ]

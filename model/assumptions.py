@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from sympy import Basic, MatrixBase, Rational, Symbol
+from sympy import Rational, Symbol
+
+from qddot.model.mapping import held, mapped
 
 if TYPE_CHECKING:
     from qddot.model.system import System
@@ -19,20 +21,7 @@ _TELLING = ("zero", "positive", "negative", "nonnegative", "nonpositive", "integ
 
 def plain(value: Any) -> Any:
     """The same value, whatever holds the symbols, with every symbol of no assumptions."""
-    if isinstance(value, Symbol):
-        return Symbol(value.name) if type(value) is Symbol else value
-    if isinstance(value, Basic | MatrixBase):
-        found = {symbol: plain(symbol) for symbol in _free(value)}
-        changed = {symbol: bare for symbol, bare in found.items() if symbol != bare}
-        return value.xreplace(changed) if changed else value
-    if is_dataclass(value) and not isinstance(value, type):
-        changed = {each.name: plain(getattr(value, each.name)) for each in fields(value)}
-        return replace(value, **changed)
-    if isinstance(value, tuple):
-        return tuple(map(plain, value))
-    if isinstance(value, Mapping):
-        return {plain(key): plain(entry) for key, entry in value.items()}
-    return value
+    return mapped(value, lambda symbol: Symbol(symbol.name) if type(symbol) is Symbol else symbol)
 
 
 def unkept(system: "System") -> list[str]:
@@ -41,7 +30,7 @@ def unkept(system: "System") -> list[str]:
     for changed in system.parameter_sets.values():
         for symbol, value in changed.items():
             values.setdefault(str(symbol), []).append(value)
-    found = sorted(set(_symbols([getattr(system, each.name) for each in fields(system)])), key=_place)
+    found = sorted(set(held([getattr(system, each.name) for each in fields(system)])), key=_place)
     return [message for symbol in found for message in _problem(symbol, values.get(symbol.name))]
 
 
@@ -76,23 +65,6 @@ def _said(given: Mapping[str, bool]) -> str:
 def _holds(given: Mapping[str, bool], value: float) -> bool:
     number = Rational(value)
     return all(getattr(number, f"is_{name}") == expected for name, expected in given.items())
-
-
-def _symbols(value: Any) -> Iterator[Symbol]:
-    """All symbols in a value."""
-    if isinstance(value, Basic | MatrixBase):
-        yield from _free(value)
-    elif is_dataclass(value) and not isinstance(value, type):
-        yield from _symbols([getattr(value, each.name) for each in fields(value)])
-    elif isinstance(value, list | tuple):
-        for part in value:
-            yield from _symbols(part)
-    elif isinstance(value, Mapping):
-        yield from _symbols([*value.keys(), *value.values()])
-
-
-def _free(value: Any) -> set[Symbol]:
-    return {symbol for symbol in value.free_symbols if isinstance(symbol, Symbol)}
 
 
 def _place(symbol: Symbol) -> tuple[str, str]:

@@ -10,7 +10,14 @@ import sys
 import pytest
 from pages import ROOT, blocks_of
 
-PAGES = ("docs/tutorial.md", "docs/analysis.md", "docs/from_matlab.md", "docs/from_sympy.md", "docs/python.md")
+PAGES = (
+    "docs/tutorial.md",
+    "docs/parts.md",
+    "docs/analysis.md",
+    "docs/from_matlab.md",
+    "docs/from_sympy.md",
+    "docs/python.md",
+)
 
 
 def _command(line, folder):
