@@ -45,12 +45,11 @@ class ConstrainedDrafts:
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
         equations = self._equations
-        inputs = (*equations.inputs, *equations.rates)
         velocities: Matrix = {(k, self._n + k): se.Integer(1) for k in range(self._n)}
         energies = (equations.kinetic, equations.potential, equations.dissipated_power, equations.input_power)
         return {
             "jacobian": self._draft((*matrix_writes(velocities), *self._slopes(equations.state))),
-            "input_jacobian": self._draft(tuple(self._slopes(inputs))),
+            "input_jacobian": self._draft(tuple(self._slopes(equations.channels))),
             "mass": self._draft(matrix_writes(equations.mass)),
             "energy": self._draft(vector_writes("values", energies)),
             "outputs": self._draft(vector_writes("values", equations.outputs)),

@@ -85,7 +85,7 @@ class Drafts:
         if not self._fixed_mass:
             return False
         (steps, entries), (input_steps, input_entries) = self._state_slopes, self._input_slopes
-        nothing = dict.fromkeys((*equations.state, *equations.inputs, *equations.rates), se.Integer(0))
+        nothing = dict.fromkeys((*equations.state, *equations.channels), se.Integer(0))
         rest = equations.definitions.substitute((*equations.forces, *equations.state_rates), nothing)
         if rest is None:
             return False
@@ -105,7 +105,7 @@ class Drafts:
 
     @cached_property
     def _input_slopes(self) -> tuple[list[Assignment], Matrix]:
-        return self._slopes((*self._equations.inputs, *self._equations.rates))
+        return self._slopes(self._equations.channels)
 
     def _slopes(self, variables: tuple[Any, ...]) -> tuple[list[Assignment], Matrix]:
         """Assignments and entries of d [qddot, zdot] / d variables: M^-1 (df/ds - dM/ds qddot), column by column."""
@@ -143,7 +143,7 @@ class Drafts:
         return Draft((*self._moving, *self._solution, *steps), matrix_writes(velocities | self._below(entries)))
 
     def _input_jacobian(self) -> Draft:
-        """Its columns: all inputs, then the rates of all."""
+        """Its columns: all inputs, then their derivatives."""
         steps, entries = self._input_slopes
         return Draft((*self._moving, *self._solution, *steps), matrix_writes(self._below(entries)))
 

@@ -14,6 +14,7 @@ from qddot.codegen.calculus import Definitions, Vector, by, dot
 from qddot.codegen.constrained import Constraints, derive_constraints
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.motion import Motion
+from qddot.model.contents import accelerations, as_prescribed
 from qddot.model.system import ModelError, System
 
 
@@ -41,6 +42,7 @@ class Equations:
     parameters: Vector
     inputs: Vector
     rates: Vector
+    second_rates: Vector
     kinetic: Any
     potential: Any
     dissipation: Any
@@ -60,6 +62,11 @@ class Equations:
         """The symbols of what the equations are solved for: accelerations, multipliers and reactions."""
         found = self.constraints
         return frozenset((*self.accelerations, *found.multipliers, *found.reactions.values()))
+
+    @property
+    def channels(self) -> Vector:
+        """All that is given from outside: inputs, their rates, and the accelerations of prescribed motions."""
+        return (*self.inputs, *self.rates, *self.second_rates)
 
     @property
     def state(self) -> Vector:
@@ -97,8 +104,8 @@ class Equations:
 def derive(system: System) -> Equations:
     """Derive Lagrange's equations of a checked system.
 
-    Raises ModelError where a function has no compiled form, or T or Pi depends on the rate of an input in a way that
-    would need its second derivative.
+    Raises ModelError where a function has no compiled form, or T or Pi depends on the rate of an input that is no
+    prescribed motion, whose second derivative the equations need.
     """
     q = tuple(symbol(coordinate.symbol) for coordinate in system.coordinates)
     v = tuple(symbol(coordinate.rate) for coordinate in system.coordinates)
@@ -110,12 +117,13 @@ def derive(system: System) -> Equations:
     applied = tuple(convert(system.force(c)) for c in system.coordinates)
     time, inputs = symbol("t"), tuple(symbol(channel.symbol) for channel in system.inputs)
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
-    _refuse_rates(system, definitions, kinetic, potential, rates)
+    second = {symbol(u.rate): symbol(each) for u in system.inputs for each in accelerations(u)}
+    _refuse_rates(system, definitions, kinetic, potential, second)
 
     states = tuple(symbol(state.symbol) for state in system.states)
     state_rates = tuple(symbol(state.rate) for state in system.states)
     moving = zip((*states, *inputs), (*state_rates, *rates), strict=True)
-    motion = Motion(definitions, q, v, {time: se.Integer(1), **dict(moving)})
+    motion = Motion(definitions, q, v, {time: se.Integer(1), **dict(moving), **second})
     momenta = by(definitions.gradient(kinetic - potential, v), v)
     mass = motion.mass(momenta)
     rest = motion.unnatural(kinetic, potential, momenta, mass)
@@ -133,6 +141,7 @@ def derive(system: System) -> Equations:
         parameters=tuple(symbol(p.symbol) for p in system.parameters),
         inputs=inputs,
         rates=rates,
+        second_rates=tuple(second.values()),
         kinetic=kinetic,
         potential=potential,
         dissipation=dissipation,
@@ -150,13 +159,22 @@ def derive(system: System) -> Equations:
     )
 
 
-def _refuse_rates(system: System, definitions: Definitions, kinetic: Any, potential: Any, rates: Vector) -> None:
+def _refuse_rates(
+    system: System, definitions: Definitions, kinetic: Any, potential: Any, second: Mapping[Any, Any]
+) -> None:
+    """ModelError where d/dt of an energy would need a derivative of an input that is no channel."""
+    names = {symbol(u.rate): u for u in system.inputs if symbol(u.rate) not in second}
     for place, energy in (("kinetic", kinetic), ("potential", potential)):
-        for rate in sorted(definitions.base_symbols(energy) & set(rates), key=str):
+        held = definitions.base_symbols(energy)
+        for rate in sorted(held & names.keys(), key=str):
             raise ModelError(
-                f"model {system.name}: the {place} energy depends on {rate}, the rate of an input, so the equations "
-                "would need its second derivative; measure the coordinate from the moving base, and let the base's "
-                "acceleration be an input"
+                f"model {system.name}: the {place} energy depends on {rate}, the rate of the input "
+                f"{names[rate].symbol}, so the equations need its second derivative: {as_prescribed(names[rate])}"
+            )
+        for each in sorted(held & set(second.values()), key=str):
+            raise ModelError(
+                f"model {system.name}: the {place} energy depends on {each}, an acceleration, so the equations would "
+                "need its derivative; give what depends on it as a generalized force"
             )
 
 

@@ -23,7 +23,7 @@ from qddot.model.system import ModelError
 class Program:
     """All kernels of a model, and where their symbols stand.
 
-    channels: inputs and then the rates in use; the first rhs_channels of them are read by rhs and jacobian.
+    channels: inputs and then the rates in use; a step reads the first rhs_channels of them.
     constants: symbols of c in order, all parameters first. slots: symbol -> the argument entry it is read from.
     linear: affine in x and u. Kernels of matrices write the entries matrix[row, column] that are not zero, sorted: see
     `pattern`.
@@ -93,7 +93,7 @@ class _Lowering:
     """
 
     def __init__(self, equations: Equations) -> None:
-        base = (*equations.parameters, *equations.state, *equations.inputs, *equations.rates, equations.time)
+        base = (*equations.parameters, *equations.state, *equations.channels, equations.time)
         self.author = frozenset(equations.definitions.expressions)
         tables = (name for table in equations.system.tables for name in table.names)
         solution = (*equations.solution, *solving_names()) if equations.constraints else ()
@@ -158,8 +158,9 @@ def _laid_out(
     used = frozenset().union(*(kernel.used for kernel in kernels.values()))
     computed = [symbol for symbol, _ in assignments if symbol in used]
     constants = (*equations.parameters, *_by_kind(computed))
-    hot = kernels["rhs"].used | kernels["jacobian"].used | kernels["input_jacobian"].used
-    rates = [rate for rate in equations.rates if rate in used]
+    steps = ("rhs", "jacobian", "input_jacobian", "constraints", "tangent")
+    hot = frozenset().union(*(kernels[name].used for name in steps if name in kernels))
+    rates = [rate for rate in (*equations.rates, *equations.second_rates) if rate in used]
     channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))
     slots = {equations.time: Slot("t", ())}
     for argument, symbols in (("state", equations.state), ("inputs", channels), ("constants", constants)):
@@ -191,7 +192,7 @@ def _constants_kernel(equations: Equations, constants: tuple[Any, ...], assignme
 
 def _placed(name: str, kernel: Kernel, equations: Equations, channels: tuple[Any, ...]) -> Kernel:
     """A matrix without the entries that turned out to be zero; its columns, where these are inputs, the channels."""
-    before = (*equations.inputs, *equations.rates)
+    before = equations.channels
     columns = {before.index(symbol): column for column, symbol in enumerate(channels)}
     if name not in MATRICES:
         return kernel

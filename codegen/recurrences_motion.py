@@ -22,8 +22,8 @@ def recurrences(
     if equations.constraints:
         return (), "motion under constraints"
     kernel = kernels.get("balance", kernels["rhs"])
-    taken = (*equations.state, *equations.accelerations, *equations.inputs)
-    names = Names(map(str, (*taken, *equations.rates, equations.time, *constants, *(s for s, _ in kernel.temporaries))))
+    taken = (*equations.state, *equations.accelerations, *equations.channels)
+    names = Names(map(str, (*taken, equations.time, *constants, *(s for s, _ in kernel.temporaries))))
     rates = {equations.time: se.Integer(1)} | dict(zip(equations.coordinates, equations.velocities, strict=True))
     table = Recurrences((*constants, *equations.parameters), rates, names)
     try:

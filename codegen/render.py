@@ -18,6 +18,7 @@ from qddot.codegen.ranges import compressed, kind
 from qddot.codegen.recurrences_motion import recurrences
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
 from qddot.model.constraints import Constraint
+from qddot.model.contents import accelerations
 
 #: Characters of a line within a function.
 _ROOM = 116
@@ -83,6 +84,8 @@ def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
     rows = {str(u.symbol): (str(u.symbol), str(u.symbol), 0, u.unit, u.meaning) for u in inputs}
     for u in inputs:
         rows[str(u.rate)] = (str(u.rate), str(u.symbol), 1, f"{u.unit}/s", f"rate of change of: {u.meaning}")
+        for each in map(str, accelerations(u)):
+            rows[each] = (each, str(u.symbol), 2, f"{u.unit}/s^2", f"acceleration of: {u.meaning}")
     return [rows[str(channel)] for channel in program.channels]
 
 

@@ -1,12 +1,13 @@
 """The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function.
 
-from qddot.model import Constraint, Coordinate, Input, Output, Parameter, Part, Quantity, Rolling, State, System, Table
+from qddot.model import Constraint, Coordinate, Input, Output, Parameter, Part, Prescribed, Quantity
+from qddot.model import Rolling, State, System, Table, from_sympy
 """
 
 from qddot.model.constraints import Constraint, Rolling
 from qddot.model.part import Part
 from qddot.model.sympy_mechanics import from_sympy
-from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, State, System, t
+from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Prescribed, Quantity, State, System, t
 from qddot.model.table import Table
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "Output",
     "Parameter",
     "Part",
+    "Prescribed",
     "Quantity",
     "Rolling",
     "State",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Add, Expr, Piecewise, Symbol, expand
 
-from qddot.model.contents import declared, symbols
+from qddot.model.contents import accelerations, as_prescribed, declared, symbols
 from qddot.model.dimensions import Dimension, dimension, dimension_of_unit, product, said
 from qddot.model.kinks import KINKED
 from qddot.model.naming import t
@@ -126,11 +126,14 @@ def _of_positions(system: "System", expression: Expr) -> Iterator[str]:
         if free & {state.symbol, state.rate}:
             yield f"depends on the state {state.symbol}, whose second derivative the equations would need"
     for channel in system.inputs:
-        if free & {channel.symbol, channel.rate}:
+        if free & {channel.symbol, channel.rate} and not _is_prescribed(channel):
             yield (
-                f"depends on the input {channel.symbol}, whose second derivative the equations would need; measure "
-                "the coordinates from what moves, and let its acceleration be an input"
+                f"depends on the input {channel.symbol}, whose second derivative the equations need: "
+                f"{as_prescribed(channel)}"
             )
+        elif free & {channel.rate, *accelerations(channel)}:
+            found = min(free & {channel.rate, *accelerations(channel)}, key=str)
+            yield f"depends on {found}; what holds rates is written as Rolling, and nothing holds accelerations"
 
 
 def _of_velocities(system: "System", expression: Expr) -> Iterator[str]:
@@ -146,8 +149,17 @@ def _of_velocities(system: "System", expression: Expr) -> Iterator[str]:
             yield f"is not linear in the velocities: the factor of {velocity} depends on {min(map(str, found))}"
             return
     for channel in system.inputs:
-        if channel.rate in free:
-            yield f"depends on {channel.rate}, the rate of an input, so the equations would need its second derivative"
+        if channel.rate in free and not _is_prescribed(channel):
+            yield (
+                f"depends on {channel.rate}, the rate of an input, so the equations need its second derivative: "
+                f"{as_prescribed(channel)}"
+            )
+        elif free & set(accelerations(channel)):
+            yield f"depends on {next(accelerations(channel))}, whose derivative the equations would need"
+
+
+def _is_prescribed(channel: Any) -> bool:
+    return any(True for _ in accelerations(channel))
 
 
 def _together(system: "System", written: Sequence[Expr]) -> Iterator[str]:

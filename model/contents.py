@@ -16,7 +16,7 @@ Named = tuple[str, Symbol]
 HELD = {
     "coordinates": ("Coordinate",),
     "parameters": ("Parameter",),
-    "inputs": ("Input",),
+    "inputs": ("Input", "Prescribed"),
     "quantities": ("Quantity",),
     "outputs": ("Output", "Quantity"),
     "states": ("State",),
@@ -37,6 +37,7 @@ def declared(system: "System") -> Iterator[Named]:
     for channel in system.inputs:
         yield "input", channel.symbol
         yield "input rate", channel.rate
+        yield from (("input acceleration", symbol) for symbol in accelerations(channel))
     for quantity in system.quantities:
         yield "quantity", quantity.symbol
         if quantity.rate is not None:
@@ -46,6 +47,17 @@ def declared(system: "System") -> Iterator[Named]:
     yield from (("multiplier", constraint.symbol) for constraint in system.constraints)
     quantities = set(system.quantities)
     yield from (("output", output.symbol) for output in system.outputs if output not in quantities)
+
+
+def accelerations(channel: Any) -> Iterator[Symbol]:
+    """The second derivative of an input, where it is a prescribed motion."""
+    if hasattr(channel, "acceleration"):
+        yield channel.acceleration
+
+
+def as_prescribed(channel: Any) -> str:
+    """What to do where an input's second derivative is needed."""
+    return f'declare it as a prescribed motion, Prescribed({channel.symbol}, "{channel.unit}", ...)'
 
 
 def expressions(system: "System") -> Iterator[tuple[str, Any]]:

@@ -89,30 +89,40 @@ def bound(part: "Part", names: Mapping[str, str], given: Mapping[str, Any]) -> "
 
 
 def _bound(part: "Part", item: Any, value: Expr) -> "Part":
-    name, kind = said(item.symbol), type(item)
-    if kind is Parameter and value.is_number:
-        numbered = (replace(p, default=float(value)) if p == item else p for p in part.parameters)
-        return replace(part, parameters=tuple(numbered))
-    if kind is Quantity:
+    if isinstance(item, Parameter):
+        return _parameter(part, item, value)
+    if isinstance(item, Quantity):
         other = replace(item, expression=value)
         kinds = ("quantities", "outputs")
         places: dict[str, Any] = {each: tuple(other if q == item else q for q in getattr(part, each)) for each in kinds}
         return replace(part, **places)
-    if kind not in (Parameter, Coordinate, Input):
+    if not isinstance(item, Coordinate | Input):
         hint = "it has an equation of its own; parameters, coordinates, inputs and quantities can be given"
-        raise ModelError(f"part {part.name}: {name} is a {kind.__name__.lower()}, and cannot be given: {hint}")
-    where = next(each for each in HELD if item in getattr(part, each))
-    for group, values in part.parameter_sets.items() if kind is Parameter else ():
-        if name in map(said, values):
-            raise ModelError(f"part {part.name}: {name} is given, and the set {group} gives it a value; leave one out")
-    others: dict[str, Any] = {where: tuple(each for each in getattr(part, where) if each != item)}
-    left = replace(part, **others)
-    if kind is Parameter:
-        return _mapped(left, lambda symbol: value if said(symbol) == name else symbol)
+        what = type(item).__name__.lower()
+        raise ModelError(f"part {part.name}: {said(item.symbol)}, of the kind {what}, cannot be given: {hint}")
+    left = _without(part, item)
     if isinstance(value, Symbol):
         return _connected(left, item, value)
     quantity = Quantity(item.symbol, value, item.unit, item.meaning, rate=item.rate)
     return replace(left, quantities=(quantity, *left.quantities))
+
+
+def _parameter(part: "Part", item: Parameter, value: Expr) -> "Part":
+    """A part with a number as the default of a parameter, or with an expression in its place."""
+    name = said(item.symbol)
+    if value.is_number:
+        numbered = (replace(each, default=float(value)) if each == item else each for each in part.parameters)
+        return replace(part, parameters=tuple(numbered))
+    for group, values in part.parameter_sets.items():
+        if name in map(said, values):
+            raise ModelError(f"part {part.name}: {name} is given, and the set {group} gives it a value; leave one out")
+    return _mapped(_without(part, item), lambda symbol: value if said(symbol) == name else symbol)
+
+
+def _without(part: "Part", item: Any) -> "Part":
+    kind = next(each for each in HELD if item in getattr(part, each))
+    left: dict[str, Any] = {kind: tuple(each for each in getattr(part, kind) if each != item)}
+    return replace(part, **left)
 
 
 def _connected(part: "Part", item: Any, symbol: Symbol) -> "Part":

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Symbol, SympifyError, sympify
 
+from qddot.model.contents import accelerations
 from qddot.model.kinks import cases
 from qddot.model.naming import t
 
@@ -26,6 +27,7 @@ def definitions(system: "System") -> dict[Symbol, Expr]:
     rates: dict[Symbol, Expr] = {each.symbol: each.rate for each in system.coordinates}
     rates |= {each.symbol: each.rate for each in system.states}
     rates |= {each.symbol: each.rate for each in system.inputs}
+    rates |= {each.rate: symbol for each in system.inputs for symbol in accelerations(each)}
     for quantity in system.quantities:
         expression = as_expression(quantity.expression)
         known[quantity.symbol] = expression

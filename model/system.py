@@ -17,7 +17,18 @@ from qddot.model.definitions import as_expression, definitions, in_order
 from qddot.model.naming import LONGEST, dotted, t
 from qddot.model.table import Table
 
-__all__ = ["Coordinate", "Input", "ModelError", "Output", "Parameter", "Quantity", "State", "System", "t"]
+__all__ = [
+    "Coordinate",
+    "Input",
+    "ModelError",
+    "Output",
+    "Parameter",
+    "Prescribed",
+    "Quantity",
+    "State",
+    "System",
+    "t",
+]
 
 
 class ModelError(ValueError):
@@ -92,6 +103,21 @@ class Input:
     def rate(self) -> Symbol:
         """The time derivative: any expression may use it."""
         return self.rate_symbol or dotted(self.symbol)
+
+
+@dataclass(frozen=True)
+class Prescribed(Input):
+    """A prescribed motion: an input whose course has a rate and an acceleration, so that T may hold it with its rate.
+
+    The trolley of a crane, a shaken base, a crank that is turned: the equations need the second derivative, a channel
+    of its own (the dotted name of the rate, s -> sdot -> sddot), and so does a constraint on positions that holds it.
+    A run takes courses alone whose rate does not jump.
+    """
+
+    @property
+    def acceleration(self) -> Symbol:
+        """The second time derivative: all but T and Pi may use it."""
+        return dotted(self.rate)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from sympy import Symbol, sympify
 
 from qddot.model.constraints import moving_part
-from qddot.model.contents import energies, expressions, outputs, positions, reached, symbols
+from qddot.model.contents import accelerations, energies, expressions, outputs, positions, reached, symbols
 from qddot.model.definitions import LoopError
 from qddot.model.inertia import inertia
 
@@ -32,7 +32,10 @@ def _second_rates(system: "System") -> Iterator[str]:
     held: dict[Symbol, set[Symbol]] = {}
     needed = {coordinate.rate: "accelerations" for coordinate in system.coordinates}
     needed |= {state.rate: f"the second derivative of {state.symbol}" for state in system.states}
-    needed |= {channel.rate: f"the second derivative of {channel.symbol}" for channel in system.inputs}
+    for channel in system.inputs:
+        highest = next(accelerations(channel), channel.rate)
+        order = "second" if highest == channel.rate else "third"
+        needed[highest] = f"the {order} derivative of {channel.symbol}"
     for quantity in system.quantities:
         found = {inner for symbol in symbols(quantity.expression) for inner in held.get(symbol, {symbol})}
         held[quantity.symbol] = found
@@ -81,7 +84,7 @@ def unused(system: "System") -> Iterator[str]:
         if parameter.symbol not in used:
             yield f"parameter {parameter.symbol} is used nowhere; remove it, or check the expressions for a slip"
     for channel in system.inputs:
-        if not {channel.symbol, channel.rate} & used:
+        if not {channel.symbol, channel.rate, *accelerations(channel)} & used:
             yield f"input {channel.symbol} is used nowhere; remove it, or check the expressions for a slip"
     shown = {output.symbol for output in system.outputs}
     for quantity in system.quantities:

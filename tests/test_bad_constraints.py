@@ -78,7 +78,7 @@ BAD = {
     ),
     "input": (
         lambda: {"inputs": MOVED, **rod(x - w - L, "N")},
-        "constraint lam depends on the input w, whose second derivative the equations would need",
+        "constraint lam depends on the input w, whose second derivative the equations need",
     ),
     "acceleration": (
         lambda: rod(Symbol("xddot") - L, "N"),
@@ -105,7 +105,7 @@ BAD = {
     ),
     "rate_of_input": (
         lambda: blade(xdot - wdot, "N", inputs=MOVED),
-        "constraint mu depends on wdot, the rate of an input, so the equations would need its second derivative",
+        "constraint mu depends on wdot, the rate of an input, so the equations need its second derivative",
     ),
     "twice": (
         lambda: {"constraints": [Constraint(lam, x - y - L, "N", "one"), Constraint(mu, y - x + L, "N", "other")]},

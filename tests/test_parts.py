@@ -213,7 +213,7 @@ def clash(**changes):
         (lambda: strut("1", botom=3), "part strut 1 declares no botom; did you mean bottom"),
         (lambda: strut("a b"), "the mark 'a b' must be a text of letters, digits and underscores"),
         (lambda: mass("1", m="3"), "part mass 1: m is '3', expected a number, a symbol or an expression"),
-        (lambda: strut("1", pull=3), "pull_1 is a output, and cannot be given"),
+        (lambda: strut("1", pull=3), "pull_1, of the kind output, cannot be given"),
         (lambda: mass + clash(parameters=[Parameter(m, 2.0, "kg", "size")]),
          "parameter m is declared by mass and by other, with default 1.0 and 2.0: declare it in one of them"),
         (lambda: mass + clash(quantities=[Quantity(m, x, "m", "length")]),

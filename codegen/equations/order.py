@@ -28,7 +28,7 @@ class Order:
         held = equations.constraints
         groups = (
             (_FIXED, (*others, *equations.parameters, *(symbol for symbol in defined if symbol in constant))),
-            (_GIVEN, (*equations.inputs, *equations.rates)),
+            (_GIVEN, equations.channels),
             (_TIME, (equations.time,)),
             (_QUANTITY, tuple(symbol for symbol in defined if symbol not in constant)),
             (_COORDINATE, (*equations.coordinates, *equations.states)),

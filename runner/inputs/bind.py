@@ -19,7 +19,7 @@ def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> 
     signal with jumps whose rate, or with kinks whose second rate, the model's right-hand side reads.
     """
     signals = _signals(tables, {} if inputs is None else inputs)
-    for channel in tables.inputs[: tables.rhs_inputs]:
+    for channel in sorted(tables.inputs[: tables.rhs_inputs], key=lambda each: -each.order):
         check_smooth(channel, signals[channel.input])
     return stack([signals[channel.input] for channel in tables.inputs], [channel.order for channel in tables.inputs])
 
@@ -76,5 +76,7 @@ def check_smooth(channel: Channel, signal: Signal) -> None:
             at = (signal.pieces[found[0], START] - signal.offset) / signal.rate
             reads = f"the model reads {channel.what.replace('the', 'its')} {channel.name}"
             instead = "give it a ramp" if channel.order == 1 else "give it a course whose rate is continuous"
+            times = ("once", "twice")[channel.order - order - 1]
+            instead += f", or smooth it, {times}, by qddot.signal.smoothed(signal, width)"
             raise ValueError(f"input {channel.input} {tells[order]} at t = {at:.9g}, but {reads}; {instead}")
         pieces = derivative_pieces(pieces)

@@ -128,7 +128,7 @@ def stack_runs(tables: Tables, inputs: Any, runs: int, step: float | None = None
     table, rate, offset = np.zeros(shape, dtype=np.int64), np.zeros(shape), np.zeros(shape)
     for i, channel in enumerate(tables.inputs):
         table[:, i], rate[:, i], offset[:, i] = columns[channel.input]
-    for i, channel in enumerate(tables.inputs[: tables.rhs_inputs]):
+    for i, channel in sorted(enumerate(tables.inputs[: tables.rhs_inputs]), key=lambda each: -each[1].order):
         for k in np.unique(table[:, i]):
             check_smooth(channel, found.signals[k])
     _check_finite(tables, rate, offset)
