@@ -1,7 +1,6 @@
 """The report of the M113: the ride, shots, claims, verification, modes and equations on one page."""
 
 import json
-import re
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from qddot.drawing import COLOURS
 from qddot.paper.claims import read
 from qddot.paper.scene import ride_data, ride_section
 from qddot.paper.verification import verify
-from qddot.report import Section, plot, table, taking_part, write_page
+from qddot.report import Section, embedded, plot, table, taking_part, write_page
 
 Vector = NDArray[np.float64]
 
@@ -44,7 +43,7 @@ def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> P
         Section("Claims of the paper", _claims(said["claims"], paper.assumptions)),
         Section("Verification", _verification()),
         Section("Modes", _modes()),
-        Section("Equations and parameters", _main(equations)),
+        Section("Equations and parameters", embedded(equations)),
     ]
     source = "Computed by qddot from T, Π and Φ; every number on this page can be downloaded or computed again."
     return write_page(into, paper.title, source, sections, plots, ride_data(paper_file.parent / "drive.toml"))
@@ -60,7 +59,7 @@ def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
     run = read_study(folder / "drive.toml").run(method="exact", output_times=np.linspace(0.0, 15.0, 1501))
     road, heave = (1e3 * (run[name] - run[name][0]) for name in ("z_3", "heave"))
     curves = [_curve("road under axle 3", run.t, road, "#999999"), _curve("hull", run.t, heave, COLOURS[0])]
-    plots.append({"name": "ride", "x": "t in s", "y": "mm", "traces": curves})
+    plots.append({"name": "ride", "x": "t, s", "y": "mm", "traces": curves})
     return plot(len(plots) - 1, "The same ride with one shot only, at 3 s: displacement of road and hull")
 
 
@@ -79,7 +78,7 @@ def _shots(folder: Path, pulse: str, plots: list[dict[str, Any]]) -> str:
             _curve(name, run.t, 1e3 * (run[quantity] - run[quantity][0]), colour)
             for (name, run), colour in zip(runs.items(), COLOURS, strict=False)
         ]
-        plots.append({"name": quantity, "x": "t in s", "y": "mm", "traces": curves})
+        plots.append({"name": quantity, "x": "t, s", "y": "mm", "traces": curves})
         found.append(plot(len(plots) - 1, title))
     return "\n".join(found)
 
@@ -126,12 +125,3 @@ def _modes() -> str:
             rows.append((name.replace("_", " "), *numbers, taking_part(mode)))
     heads = ("parameter set", "damped period, s", "frequency, Hz", "damping ratio", "coordinates that take part")
     return table(heads, rows, (1, 2, 3))
-
-
-def _main(page: str) -> str:
-    """The main part of a page of equations, its headings two levels down, its anchors kept apart from ours."""
-    found = re.search(r"<main>(.*)</main>", page, re.DOTALL)
-    if found is None:
-        raise ValueError("the page of equations has no main part")
-    body = re.sub(r"<(/?)h3", r"<\1h4", found[1])
-    return re.sub(r'id="', 'id="model-', re.sub(r"<(/?)h2", r"<\1h3", body))

@@ -5,6 +5,7 @@ COLOURS    that stay apart for colour-blind readers
 save       into a PNG, SVG or PDF file that appears whole or not at all
 """
 
-from qddot.runner.report.figures import COLOURS, panels, save
+from qddot.runner.pictures.figures import panels, save
+from qddot.runner.pictures.picture import COLOURS
 
 __all__ = ["COLOURS", "panels", "save"]

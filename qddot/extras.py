@@ -1,6 +1,8 @@
 """Libraries that come with an extra of the package, and what to say where one is missing."""
 
 import importlib.util
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 #: Library -> the extra that brings it.
 EXTRAS = {
@@ -26,6 +28,15 @@ def missing(error: ModuleNotFoundError) -> ModuleNotFoundError:
     library = _library(error)
     text = f"this needs {library}, which is not installed: pip install 'qddot[{EXTRAS[library]}]'"
     return ModuleNotFoundError(text, name=error.name)
+
+
+@contextmanager
+def needed() -> Iterator[None]:
+    """Within the block, the error of a library that is not there has the command that brings it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise missing(error) from None
 
 
 def drawn(figure: bool | None) -> bool:

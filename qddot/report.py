@@ -4,6 +4,7 @@
     plain_table                         a table for the terminal
     taking_part                         the coordinates of a mode in words
     Section, plot, table, write_page    one HTML page that needs no network: texts, tables, plots with download
+    embedded                            the main part of another page as the content of a section
     BROWSERS, browser, print_page       the page as PDF, by a browser that is installed
     written_aside                       a file that appears whole or not at all
 
@@ -12,7 +13,7 @@ Figures are in `qddot.drawing`.
 
 from qddot.runner.files import written_aside
 from qddot.runner.modes import taking_part
-from qddot.runner.report.page import Section, plot, table, write_page
+from qddot.runner.report.page import Section, embedded, plot, table, write_page
 from qddot.runner.report.pdf import BROWSERS, browser, print_page
 from qddot.runner.report.progress import progress_bar
 from qddot.runner.report.tables import plain_table
@@ -21,6 +22,7 @@ __all__ = [
     "BROWSERS",
     "Section",
     "browser",
+    "embedded",
     "plain_table",
     "plot",
     "print_page",

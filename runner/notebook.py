@@ -35,12 +35,19 @@ def curve(t: NDArray[np.float64], values: NDArray[np.float64]) -> str:
         return ""
     t, values = t[known], values[known]
     low, span = float(values.min()), float(np.ptp(values)) or 1.0
-    column = np.minimum((t - t.min()) / np.ptp(t) * POINTS / 2, POINTS / 2 - 1).astype(int)
-    chosen = np.unique(np.concatenate([_extremes(column, values), [0, len(t) - 1]]))
+    chosen = thinned(t, values, POINTS)
     x, y = (t[chosen] - t.min()) / np.ptp(t) * WIDTH, HEIGHT - 2 - (values[chosen] - low) / span * (HEIGHT - 4)
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
     line = f'<polyline points="{points}" fill="none" stroke="#0072B2" stroke-width="1.2"/>'
     return f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}">{line}</svg>'
+
+
+def thinned(t: NDArray[np.float64], values: NDArray[np.float64], most: int) -> NDArray[np.int64]:
+    """Which points of a curve (n,) draw it, about `most`: the least and the greatest value of each of its columns."""
+    if len(t) <= most or not np.ptp(t):
+        return np.arange(len(t))
+    column = np.minimum((t - t.min()) / np.ptp(t) * most / 2, most / 2 - 1).astype(int)
+    return np.unique(np.concatenate([_extremes(column, values), [0, len(t) - 1]]))
 
 
 def _extremes(column: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:

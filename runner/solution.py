@@ -3,7 +3,7 @@
 import errno
 import pickle
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from qddot.extras import needed
 from qddot.runner import notebook
 from qddot.runner.checks import finite, numbers
 from qddot.runner.columns import Between, Columns, Extremes, Moments
 from qddot.runner.files import written_aside
+from qddot.runner.pictures.arrange import run_picture
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.tables import Quantity
 from qddot.words import counted
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
     from qddot.runner.frame.events import EventLog
+    from qddot.runner.pictures.figures import Drawn
 
 TIME = Quantity("time", "s", "time")
 #: Points of a run that show how it goes on between them.
@@ -81,6 +84,21 @@ class Solution(Columns):
         title = f"{self.metadata.get('model', '')}, {self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else "no points"
         columns = ("quantity", "", "least", "greatest", "unit", "meaning")
         return notebook.table(title, columns, rows, below="" if self.success else self.message)
+
+    def plot(self, *panels: str | Sequence[str], from_start: Sequence[str] = (), title: str | None = None) -> "Drawn":
+        """A matplotlib Figure, a panel for each name, or for the names of a tuple; by default what `qddot run` draws.
+
+        `s.plot("heave", ("q_1", "q_2")).savefig("ride.pdf")`; its `axes` are there to be changed. Curves are as smooth
+        as `at`. from_start: names shown as change since the start; by default those panels show it whose offsets would
+        flatten the rest.
+        Raises ValueError with the nearest name for one that the run does not have, ModuleNotFoundError where the extra
+        `report` is missing.
+        """
+        with needed():
+            from qddot.runner.pictures.figures import drawn  # noqa: PLC0415 - matplotlib is slow to import
+        if title is None:
+            title = f"{self.metadata.get('model', '')} by {self.metadata.get('method', '')}"
+        return drawn(run_picture(self.closely, self.headlines, title, panels, from_start))
 
     def _ends(self, name: str) -> tuple[str, str, str, str]:
         known = self[name][np.isfinite(self[name])]
@@ -185,6 +203,7 @@ class Solution(Columns):
     def attributes(self) -> dict[str, str | float]:
         """Everything beside the columns, for files: metadata, how the run ended, statistics.
 
+        Which names a person looks at first stand in "headline coordinates", "headline outputs" and "headline inputs".
         A run that did not reach its end has also partial = "yes" and, where a state left, failed_at (s), failed_state.
         """
         counts = {name: float(value) for name, value in asdict(self.statistics).items()}
@@ -193,7 +212,8 @@ class Solution(Columns):
             ended["partial"] = "yes"
             ended |= {"failed_at": float(self.failed_at)} if np.isfinite(self.failed_at) else {}
             ended |= {"failed_state": self.failed_state} if self.failed_state else {}
-        return {**self.metadata, **ended, **counts}
+        looked_at = {f"headline {kind}": " ".join(names) for kind, names in self.headlines.items()}
+        return {**self.metadata, **ended, **counts, **looked_at}
 
     def to_xarray(self) -> "xarray.Dataset":
         """The run as a data set: one variable (time,) for each quantity, with the attributes units and long_name."""

@@ -12,8 +12,8 @@ from scipy.optimize import minimize_scalar
 import qddot
 from qddot.runner.dense import output
 from qddot.runner.metrics.reading import curve_at
+from qddot.runner.pictures.arrange import run_picture
 from qddot.runner.problem import Status
-from qddot.runner.report.curves import curves
 from qddot.runner.solution import ENOUGH
 
 CAR = qddot.load("quarter_car")
@@ -258,12 +258,12 @@ def test_runs_that_end_early_have_what_they_reached():
 
 def test_a_figure_is_smooth(truth):
     run = over_the_bump()
-    shown = curves(run, "over a bump", [["body_acceleration"]])
-    assert len(run.t) < 100 < ENOUGH <= len(shown.t)
-    expected = np.array([truth[0](t) for t in shown.t])
-    np.testing.assert_allclose(shown.panels[0][0].values, expected, atol=0.02 * np.abs(expected).max())
+    shown = run_picture(run.closely, run.headlines, "over a bump", ["body_acceleration"]).panels[0].curves[0]
+    assert len(run.t) < 100 < ENOUGH <= len(shown.x)
+    expected = np.array([truth[0](t) for t in shown.x])
+    np.testing.assert_allclose(shown.values, expected, atol=0.02 * np.abs(expected).max())
     fine = over_the_bump("rk4", step=1e-3)
-    assert curves(fine, "", [["z_s"]]).t.tolist() == fine.t.tolist()  # it has points enough
+    assert fine.closely.t.tolist() == fine.t.tolist()  # it has points enough
 
 
 def test_readings_and_metrics_are_of_the_curve(truth):

@@ -8,7 +8,8 @@ from rich.table import Table
 
 from qddot.runner.inputs.iso8608 import SHORTEST, road_class
 from qddot.runner.inputs.signal import START, Signal
-from qddot.runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, points, spectrum
+from qddot.runner.pictures.points import points
+from qddot.runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, spectrum
 from qddot.runner.report.tables import plain_table
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.arguments import study_parameters
@@ -81,7 +82,7 @@ def _road_sheets(
     speed = road_speed(spec, amounts)
     sheets = []
     if isinstance(speed, Signal):
-        sheets.append(Sheet((Line(*points(speed, speed.breakpoints, span), "speed"),), "t in s", "m/s"))
+        sheets.append(Sheet((Line(*points(speed, speed.breakpoints, span), "speed"),), "t, s", "m/s"))
     if reach[0] < reach[1]:
         sheets.append(over_distance(road, reach))
     found = None

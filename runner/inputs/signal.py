@@ -6,14 +6,23 @@ offsets; a sweep over speed changes one rate.
 
 from dataclasses import dataclass, replace
 from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.extras import needed
 from qddot.runner import notebook
+from qddot.runner.checks import finite
 from qddot.runner.inputs.piece import AMPLITUDE, C0, C1, C2, C3, FREQUENCY, PHASE, START, InputTable
 from qddot.runner.inputs.reader import sample
+from qddot.runner.pictures.panel import Line, panel_of
+from qddot.runner.pictures.picture import Picture
+from qddot.runner.pictures.points import points
 from qddot.words import counted
+
+if TYPE_CHECKING:
+    from qddot.runner.pictures.figures import Drawn
 
 #: Jump relative to the largest value that counts as a jump rather than rounding.
 JUMP = 1e-9
@@ -44,11 +53,34 @@ class Signal:
 
     def _repr_html_(self) -> str:
         """A small picture, in a notebook."""
+        t = np.linspace(*self._reach(), 1000)
+        return notebook.curve(t, self(t)) + f"<p>{escape(repr(self)[1:-1])}</p>"
+
+    def plot(
+        self, start: float | None = None, end: float | None = None, *, name: str = "value", unit: str = ""
+    ) -> "Drawn":
+        """A matplotlib Figure of its values from start to end, s; by default over all of its pieces and a little more.
+
+        name, unit: of the vertical axis; a signal knows neither.
+        Raises ValueError for an end that is not after the start, ModuleNotFoundError without the extra `report`.
+        """
+        with needed():
+            from qddot.runner.pictures.figures import drawn  # noqa: PLC0415 - matplotlib is slow to import
+        first, last = self._reach()
+        low = first if start is None else finite("start", start)
+        high = last if end is None else finite("end", end)
+        if not low < high:
+            raise ValueError(f"start is {low:g} s and end is {high:g} s, expected a start before the end")
+        t, values = points(self, self.breakpoint_times(), (low, high))
+        return drawn(Picture("", (panel_of([Line(t, values, name, unit)]),)))
+
+    def _reach(self) -> tuple[float, float]:
+        """Times, s, between which all of its pieces begin, and a tenth more to both sides."""
         ends = self.pieces[[0, -1], START]
         reach = max(float(np.ptp(ends)), 1.0)
-        tau = np.linspace(ends[0] - 0.1 * reach, ends[1] + 0.1 * reach, 1000)
-        t = (tau - self.offset) / self.rate if self.rate else tau
-        return notebook.curve(t, self(t)) + f"<p>{escape(repr(self)[1:-1])}</p>"
+        tau = ends + 0.1 * reach * np.array([-1.0, 1.0])
+        t = np.sort((tau - self.offset) / self.rate) if self.rate else tau
+        return float(t[0]), float(t[1])
 
     def shifted(self, rate: float = 1.0, offset: float = 0.0) -> "Signal":
         """The same signal read at rate*t + offset: a road under an axle at speed v is road.shifted(v, x_axle)."""

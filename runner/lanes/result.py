@@ -1,21 +1,25 @@
 """What a batch of runs gives back: arrays over runs, by name as on the solution of one run."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.extras import needed
 from qddot.runner import notebook
-from qddot.runner.checks import unknown
+from qddot.runner.checks import unknown, whole
+from qddot.runner.pictures.arrange import batch_picture
 from qddot.runner.problem import Status
 from qddot.runner.tables import Quantity
 from qddot.words import counted
 
 if TYPE_CHECKING:
     import xarray
+
+    from qddot.runner.pictures.figures import Drawn
 
 Floats = NDArray[np.float64]
 
@@ -70,6 +74,30 @@ class Batch:
 
     def _ipython_key_completions_(self) -> list[str]:
         return ["t", *self.names]
+
+    def plot(self, *names: str, runs: Sequence[int] | None = None, title: str = "") -> "Drawn":
+        """A matplotlib Figure, a panel for each of the samples' names, all by default.
+
+        A curve for each run where they are few; the median and the middle nine tenths where they are many. runs: these
+        alone, a curve each. Raises ValueError for names and runs that do not exist, ModuleNotFoundError where the extra
+        `report` is missing.
+        """
+        with needed():
+            from qddot.runner.pictures.figures import drawn  # noqa: PLC0415 - matplotlib is slow to import
+        for name in names:
+            if name not in self.names:
+                raise ValueError(unknown("quantity", name, self.names))
+        if not self.names:
+            raise ValueError("this batch has no samples to draw; give simulate_batch names and output_times")
+        chosen = range(len(self.status)) if runs is None else [whole("runs", run, least=0) for run in runs]
+        if not len(chosen):
+            raise ValueError("runs is empty; expected numbers of runs")
+        for run in chosen:
+            if run >= len(self.status):
+                raise ValueError(f"runs: there is no run {run}; the runs are 0 to {len(self.status) - 1}")
+        by_name = {quantity.name: quantity for quantity in self.quantities}
+        samples = {by_name[name]: self[name][list(chosen)] for name in names or self.names}
+        return drawn(batch_picture(self.output_times[list(chosen)], samples, title, chosen, apart=runs is not None))
 
     @property
     def success(self) -> NDArray[np.bool_]:

@@ -12,14 +12,14 @@ from threading import Thread
 from typing import IO, TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
-    from qddot.runner.report.curves import Curves
+    from qddot.runner.pictures.picture import Picture
 
 #: Seconds that a process may take to leave.
 _PATIENCE = 5.0
 
 
 class Drawing:
-    """Starts the process at once; `begin` hands it the curves, `finish` waits for the picture; leaving ends it."""
+    """Starts the process at once; `begin` hands it the picture, `finish` waits for the picture; leaving ends it."""
 
     def __init__(self) -> None:
         code = "import gc; gc.disable(); from qddot.runner.report.background import main; main()"
@@ -27,10 +27,10 @@ class Drawing:
         sparing = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
         self._process = subprocess.Popen(command, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
-    def begin(self, curves: "Curves", path: Path) -> None:
-        """Hand over the curves and the file to draw them into; not held up where matplotlib is not ready."""
+    def begin(self, picture: "Picture", path: Path) -> None:
+        """Hand over the picture and the file to draw it into; not held up where matplotlib is not ready."""
         pipe, self._process.stdin = self._process.stdin, None
-        self._sending = Thread(target=_send, args=(pipe, pickle.dumps((_plain(curves), path.absolute()))), daemon=True)
+        self._sending = Thread(target=_send, args=(pipe, pickle.dumps((picture, path.absolute()))), daemon=True)
         self._sending.start()
 
     def finish(self) -> None:
@@ -57,7 +57,7 @@ class Drawing:
 
 
 def main() -> None:
-    """Import what drawing needs, wait for curves and a path on the standard input, and draw; end at once on SIGTERM."""
+    """Import what drawing needs, wait for a picture and a path on the standard input, draw; end at once on SIGTERM."""
     signal.signal(signal.SIGTERM, _leave)
     try:
         _draw()
@@ -70,31 +70,23 @@ def _leave(number: int, frame: object) -> NoReturn:
 
 
 def _draw() -> None:
-    from types import SimpleNamespace  # noqa: PLC0415 - of the drawing process alone
+    import numpy as np  # noqa: PLC0415 - of the drawing process alone
 
-    import numpy as np  # noqa: PLC0415
+    from qddot.runner.pictures.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
+    from qddot.runner.pictures.picture import Curve, Panel, Picture  # noqa: PLC0415
 
-    from qddot.runner.report.figures import draw  # noqa: PLC0415 - matplotlib is slow to import
-
-    line = SimpleNamespace(values=np.zeros(2), unit="m", label="first")
+    panel = Panel((Curve(np.arange(2.0), np.zeros(2), "first"),), "m")
     with (
         contextlib.suppress(OSError),
         tempfile.TemporaryDirectory() as folder,
     ):  # fonts and all that is made with a first figure
-        draw(SimpleNamespace(title="first", t=np.arange(2.0), panels=((line,),)), Path(folder) / "first.png")  # type: ignore[arg-type]
+        draw(Picture("first", (panel,)), Path(folder) / "first.png")
     request = sys.stdin.buffer.read()
     if request:
-        (title, t, panels), path = pickle.loads(request)
-        shown = tuple(tuple(SimpleNamespace(**curve) for curve in panel) for panel in panels)
-        draw(SimpleNamespace(title=title, t=t, panels=shown), path)  # type: ignore[arg-type]
+        draw(*pickle.loads(request))
         os._exit(0)  # the picture is written; taking matplotlib down would keep the user waiting
 
 
 def _send(pipe: IO[bytes], request: bytes) -> None:
     with contextlib.suppress(BrokenPipeError), pipe:  # `finish` tells what ended the process
         pipe.write(request)
-
-
-def _plain(curves: "Curves") -> tuple[object, ...]:
-    """Curves as tuples, arrays and dictionaries, which need no module of ours to be unpickled."""
-    return curves.title, curves.t, [[vars(curve) for curve in panel] for panel in curves.panels]

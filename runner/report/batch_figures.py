@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from qddot.runner.batch.outcome import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.checks import unknown
-from qddot.runner.report.figures import COLOURS, panels, save
+from qddot.runner.pictures.figures import panels, save
+from qddot.runner.pictures.picture import COLOURS
+from qddot.runner.pictures.scales import legible, named
 
 #: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
 MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7
@@ -68,8 +70,7 @@ def _numeric(results: Results, name: str) -> bool:
 
 
 def _label(results: Results, name: str) -> str:
-    unit = results.unit(name)
-    return f"{name} in {unit}" if unit else name
+    return named(name, legible(results.unit(name)))
 
 
 def _scale(results: Results, axis: str) -> str:
@@ -87,7 +88,7 @@ def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
         colours = iter(COLOURS * 20)
         for name in names:
             _series(results, panel, name, axis, x, colours)
-        panel.set_ylabel(_label(results, names[0]) if len(names) == 1 else results.unit(names[0]) or "1")
+        panel.set_ylabel(_label(results, names[0]) if len(names) == 1 else legible(results.unit(names[0])) or "1")
         _legend(panel)
     if order is not None:
         axes[-1].set_xticks(range(len(order)), order)
@@ -193,7 +194,7 @@ def _trajectories(results: Results, runs: Sequence[int]) -> Figure:
         panel.set_ylabel(_label(results, name))
         panel.margins(x=0.0)
     _legend(axes[0])
-    axes[-1].set_xlabel("t in s")
+    axes[-1].set_xlabel("t, s")
     return figure
 
 

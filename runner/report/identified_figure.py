@@ -8,7 +8,8 @@ import numpy as np
 from qddot.runner.identify.fit import Fit
 from qddot.runner.identify.problem import Problem, Trial
 from qddot.runner.identify.schema import Observation
-from qddot.runner.report.figures import COLOURS, panels, save
+from qddot.runner.pictures.figures import panels, save
+from qddot.runner.pictures.picture import COLOURS
 from qddot.runner.solution import Solution
 
 _LARGEST = 1e-3
@@ -17,7 +18,7 @@ _LARGEST = 1e-3
 def draw(problem: Problem, fit: Fit, path: Path) -> Path:
     """One panel for each observation, its curve with the start's in grey; bars and points are two standard errors."""
     rows = problem.observations
-    figure, axes = panels(len(rows), 1.9, title=problem.given.title, below="t in s")
+    figure, axes = panels(len(rows), 1.9, title=problem.given.title, below="t, s")
     fitted = {id(trial): trial.solution(problem.values(fit.x)) for trial in problem.trials}
     begun = {id(trial): trial.solution(problem.values(problem.column("start"))) for trial in problem.trials}
     for axis, (trial, each) in zip(axes, rows, strict=True):

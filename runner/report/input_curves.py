@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density
 from qddot.runner.inputs.signal import Signal
+from qddot.runner.pictures.points import points
+from qddot.runner.pictures.scales import legible
 from qddot.runner.tables import Channel
 
 Vector = NDArray[np.float64]
 
-#: Points of a curve, and what stands between a point and the breakpoint beside it, relative to the width.
-POINTS, BESIDE = 2000, 1e-9
 #: The shortest part of a road that has a spectrum worth drawing, m.
 SHORT_ROAD = 10.0
 
@@ -50,13 +50,13 @@ def over_time(signals: Mapping[str, Signal], channels: Mapping[str, Channel], sp
             Line(*points(signals[name], signals[name].breakpoint_times(), span), channels[name].meaning)
             for name in names
         )
-        sheets.append(Sheet(lines, "t in s", unit))
+        sheets.append(Sheet(lines, "t, s", legible(unit)))
     return sheets
 
 
 def over_distance(road: Signal, reach: tuple[float, float]) -> Sheet:
     """The road between two distances, m."""
-    return Sheet((Line(*points(road, road.breakpoints, reach), "road"),), "distance in m", "m")
+    return Sheet((Line(*points(road, road.breakpoints, reach), "road"),), "distance, m", "m")
 
 
 def spectrum(road: Signal, reach: tuple[float, float], highest: float) -> Sheet | None:
@@ -75,25 +75,7 @@ def spectrum(road: Signal, reach: tuple[float, float], highest: float) -> Sheet 
     notes = tuple((ends[0], value * (ends[0] / 0.1) ** -2.0, name) for name, value in CLASSES.items())
     lines.append(Line(frequencies, psd, "displacement PSD (Welch)"))
     lines.append(Line(*octave_bands(frequencies, psd), "octave bands", "o"))
-    return Sheet(tuple(lines), "spatial frequency in cycles/m", "m^3", True, notes)
-
-
-def points(signal: Signal, breaks: Vector, reach: tuple[float, float]) -> tuple[Vector, Vector]:
-    """Arguments and values of a signal between two arguments, evenly and to both sides of its breakpoints."""
-    begin, end = reach
-    inside = breaks[(breaks > begin) & (breaks < end)][:POINTS]
-    gaps = np.diff(inside, prepend=begin, append=end)
-    near = np.minimum(BESIDE * (end - begin), np.minimum(gaps[1:], gaps[:-1]) / 4)
-    near = np.maximum(near, np.spacing(np.abs(inside)))
-    between = _between(inside[:100])
-    x = np.unique(np.concatenate([np.linspace(begin, end, POINTS), inside - near, inside, inside + near, between]))
-    return x, signal(x)
-
-
-def _between(breaks: Vector) -> Vector:
-    """Points between breakpoints, the middles among them: a pulse shows its peak."""
-    parts = np.linspace(0.0, 1.0, 65)
-    return (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel() if len(breaks) > 1 else breaks
+    return Sheet(tuple(lines), "spatial frequency, cycles/m", "PSD, m³", True, notes)
 
 
 def integral(signal: Signal, x: Vector) -> float:

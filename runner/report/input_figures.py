@@ -6,7 +6,8 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from qddot.runner.report.figures import COLOURS, dress, save
+from qddot.runner.pictures.figures import dress, save
+from qddot.runner.pictures.picture import COLOURS
 from qddot.runner.report.input_curves import Sheet
 
 #: Inches of a panel over time or distance, and of a spectrum.

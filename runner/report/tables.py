@@ -1,5 +1,6 @@
 """Tables for the terminal."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
@@ -33,13 +34,17 @@ def headlines(solution: Solution) -> dict[str, tuple[str, ...]]:
 def summary(solution: Solution) -> Table:
     """Extremes of every coordinate, output and moving input, and when they occur; without values that are no number."""
     table = plain_table("", "quantity", "unit", "start", "least", "at s", "greatest", "at s", numbers=5)
+    for row in summary_rows(solution):
+        table.add_row(*row)
+    return table
+
+
+def summary_rows(solution: Solution) -> Iterator[tuple[str, ...]]:
+    """Name, unit, value at the start, least value and when, greatest and when, of each that a summary shows."""
     for name in (name for names in headlines(solution).values() for name in names):
         found = solution.extremes(name)
         numbers = (solution[name][0], found.least, found.least_at, found.greatest, found.greatest_at)
-        table.add_row(
-            name, solution.quantity(name).unit, *(f"{number + 0.0:.4g}" for number in numbers)
-        )  # + 0.0: no "-0"
-    return table
+        yield name, solution.quantity(name).unit, *(f"{number + 0.0:.4g}" for number in numbers)  # + 0.0: no "-0"
 
 
 def not_finite(solution: Solution) -> list[str]:

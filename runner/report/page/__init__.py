@@ -1,6 +1,7 @@
 """One HTML page that needs nothing but itself: style, script, data and the plotting library are in it."""
 
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -13,6 +14,11 @@ from qddot.runner.files import written_aside
 _HERE = Path(__file__).parent
 #: What the last line of the page's script does: nothing before it failed.
 _READY = 'document.documentElement.dataset.ready = "yes";'
+#: The slider of a common time: plots over time with `cursor` show the same moment.
+CURSOR = (
+    '<div class="cursor" hidden><label for="cursor">Time</label>'
+    '<input type="range" id="cursor"><output for="cursor"></output></div>\n'
+)
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,7 @@ def write_page(
     """
     from plotly.offline import get_plotlyjs  # noqa: PLC0415 - slow to import
 
+    cursor = CURSOR if any(each.get("cursor") for each in plots) else ""
     contents = "".join(f'<li><a href="#{each.anchor}">{escape(each.title)}</a></li>' for each in sections)
     main = "\n".join(
         f'<section aria-labelledby="{each.anchor}"><h2 id="{each.anchor}">{escape(each.title)}</h2>\n'
@@ -57,7 +64,7 @@ def write_page(
         title=escape(title),
         source=escape(source),
         contents=contents,
-        main=main,
+        main=cursor + main,
         data=known.replace("<", "\\u003c"),
         style="\n".join(styles),
         script="\n".join(scripts),
@@ -93,6 +100,18 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], numbers: Sequence
 def _cell(cell: Any, head: str, kind: str) -> str:
     text, own = cell if isinstance(cell, tuple) else (cell, "")
     return f'<td class="{f"{kind} {own}".strip()}" data-head="{escape(head)}">{escape(str(text))}</td>'
+
+
+def embedded(page: str) -> str:
+    """The main part of another page as the content of a section: its headings a level down, its anchors kept apart.
+
+    Raises ValueError where the page has none.
+    """
+    found = re.search(r"<main>(.*)</main>", page, re.DOTALL)
+    if found is None:
+        raise ValueError("the page of equations has no main part")
+    body = re.sub(r"<(/?)h3", r"<\1h4", found[1])
+    return re.sub(r'id="', 'id="model-', re.sub(r"<(/?)h2", r"<\1h3", body))
 
 
 def plot(index: int, title: str) -> str:
