@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 TIME = Quantity("time", "s", "time")
 #: Points of a run that show how it goes on between them.
 ENOUGH = 2001
+#: Of a quantity's greatest magnitude: what is left of it in the last digits of a sum.
+ROUNDING = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,13 +187,20 @@ class Solution(Columns):
         return self._extremes_between(float(self.t[0]), float(self.t[-1]))
 
     def _extremes_between(self, start: float, end: float) -> NDArray[np.float64]:
-        """Least value and its time, greatest and its time (n_quantities, 4), of saved points and between them."""
+        """Least value and its time, greatest and its time (n_quantities, 4), of saved points and between them.
+
+        What lies between counts where it is more than rounding beyond a saved point.
+        """
         low, high = sorted((start, end))
         inside = (self.t >= low) & (self.t <= high)
-        found = extremes_of_points(self.t[inside], self.values[inside])
-        if len(self.t) > 1 and self.between is not None:
-            self._dense.better(found, low, high)
-        return found
+        saved = extremes_of_points(self.t[inside], self.values[inside])
+        if len(self.t) <= 1 or self.between is None:
+            return saved
+        found = saved.copy()
+        self._dense.better(found, low, high)
+        rounding = ROUNDING * np.abs(found[:, ::2]).max(axis=1, keepdims=True)
+        same = np.repeat(np.abs(found[:, ::2] - saved[:, ::2]) <= rounding, 2, axis=1)
+        return np.where(same, saved, found)
 
     @cached_property
     def _dense(self) -> Between:

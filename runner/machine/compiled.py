@@ -58,10 +58,19 @@ _NOTHING_COMPILED = (
     "stale.py",
     "machine/places.py",
     "assembly.py",
+    "auto.py",
+    "columns.py",
+    "diagnosis.py",
     "equilibrium.py",
     "inertia.py",
+    "keywords.py",
     "manifold.py",
     "modes.py",
+    "read_tables.py",
+    "simulate.py",
+    "solution.py",
+    "solve.py",
+    "takers.py",
 )
 
 #: Versions of the source whose compiled drivers are kept.

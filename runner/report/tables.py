@@ -10,7 +10,7 @@ from qddot.runner.load import Model
 from qddot.runner.methods import METHODS
 from qddot.runner.metrics.table import METRICS
 from qddot.runner.modes import Mode, described, taking_part
-from qddot.runner.solution import Solution
+from qddot.runner.solution import ROUNDING, Solution
 from qddot.words import counted
 
 
@@ -43,7 +43,9 @@ def summary_rows(solution: Solution) -> Iterator[tuple[str, ...]]:
     """Name, unit, value at the start, least value and when, greatest and when, of each that a summary shows."""
     for name in (name for names in headlines(solution).values() for name in names):
         found = solution.extremes(name)
-        numbers = (solution[name][0], found.least, found.least_at, found.greatest, found.greatest_at)
+        start, largest = solution[name][0], max(abs(found.least), abs(found.greatest))
+        start = 0.0 if abs(start) < ROUNDING * largest else start
+        numbers = (start, found.least, found.least_at, found.greatest, found.greatest_at)
         yield name, solution.quantity(name).unit, *(f"{number + 0.0:.4g}" for number in numbers)  # + 0.0: no "-0"
 
 
