@@ -55,6 +55,7 @@ class ConstrainedDrafts:
             "outputs": self._draft(vector_writes("values", equations.outputs)),
             "constraints": self._draft(matrix_writes(dict(equations.mass) | self._residuals())),
             "tangent": self._draft(matrix_writes(self._tangent())),
+            **({"events": self._draft(vector_writes("values", equations.events))} if equations.events else {}),
         }
 
     def balance(self) -> None:

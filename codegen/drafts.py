@@ -76,7 +76,14 @@ class Drafts:
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
         slopes = {"jacobian": self._jacobian(), "input_jacobian": self._input_jacobian()}
-        return {"mass": self._mass(), "energy": self._energy(), "outputs": self._outputs(), **slopes}
+        events = {"events": Draft(self._moving, vector_writes("values", self._equations.events))}
+        return {
+            "mass": self._mass(),
+            "energy": self._energy(),
+            "outputs": self._outputs(),
+            **(events if self._equations.events else {}),
+            **slopes,
+        }
 
     @cached_property
     def linear(self) -> bool:

@@ -15,6 +15,8 @@ from qddot.codegen.constrained import Constraints, derive_constraints
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.motion import Motion
 from qddot.model.contents import accelerations, as_prescribed
+from qddot.model.definitions import as_expression
+from qddot.model.events import event_expressions
 from qddot.model.system import ModelError, System
 
 
@@ -28,7 +30,7 @@ class Equations:
     states: the internal ones; state_rates: the names of their derivatives, which are among the definitions.
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
     positions: name of an input that has a position -> its position. constraints: what they say; M qddot + G' lambda = f
-    where there are any.
+    where there are any. events: their functions, then the values that they give to states.
     """
 
     system: System
@@ -56,6 +58,7 @@ class Equations:
     outputs: Vector
     positions: Mapping[str, Any]
     constraints: Constraints
+    events: Vector
 
     @property
     def solution(self) -> frozenset[Any]:
@@ -156,6 +159,7 @@ def derive(system: System) -> Equations:
         outputs=tuple(convert(o.expression) for o in system.output_expressions),
         positions=_positions(system),
         constraints=constraints,
+        events=tuple(convert(as_expression(value)) for _, value in event_expressions(system)),
     )
 
 

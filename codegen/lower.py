@@ -158,7 +158,7 @@ def _laid_out(
     used = frozenset().union(*(kernel.used for kernel in kernels.values()))
     computed = [symbol for symbol, _ in assignments if symbol in used]
     constants = (*equations.parameters, *_by_kind(computed))
-    steps = ("rhs", "jacobian", "input_jacobian", "constraints", "tangent")
+    steps = ("rhs", "jacobian", "input_jacobian", "constraints", "tangent", "events")
     hot = frozenset().union(*(kernels[name].used for name in steps if name in kernels))
     rates = [rate for rate in (*equations.rates, *equations.second_rates) if rate in used]
     channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))

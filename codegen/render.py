@@ -64,6 +64,10 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             uses_math="math." in body,
             constraints=[(str(c.symbol), isinstance(c, Constraint), c.unit, c.meaning) for c in constraints],
             projected=equations.system.baumgarte is None,
+            events=[
+                (e.name, int(e.direction), e.terminal, e.meaning, tuple(map(str, e.then)))
+                for e in equations.system.events
+            ],
             solving=runtime_names(body) if constraints else (),
             functions=functions,
             lookups=lookups(program),

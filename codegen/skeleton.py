@@ -32,6 +32,10 @@ HEADS = {
         "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
     ),
     "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
+    "events": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Functions of the events, in the order of EVENT, then the values that these give to states.",
+    ),
     "constraints": (
         ("t", "state", "inputs", "constants", "values"),
         "M and below it G, beside that residuals of positions and velocities, at the places in CONSTRAINTS.",
@@ -106,7 +110,7 @@ def _bare_module() -> str:
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
     single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
-    tables = dict.fromkeys((*rows, "constraints", "solving"), ())
+    tables = dict.fromkeys((*rows, "constraints", "solving", "events"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": dict.fromkeys(MATRICES, ())}
     return (
         environment("python")

@@ -1,10 +1,11 @@
 """The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function.
 
-from qddot.model import Constraint, Coordinate, Input, Output, Parameter, Part, Prescribed, Quantity
+from qddot.model import Constraint, Coordinate, Event, Input, Output, Parameter, Part, Prescribed, Quantity
 from qddot.model import Rolling, State, System, Table, from_sympy
 """
 
 from qddot.model.constraints import Constraint, Rolling
+from qddot.model.events import Event
 from qddot.model.part import Part
 from qddot.model.sympy_mechanics import from_sympy
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Prescribed, Quantity, State, System, t
@@ -13,6 +14,7 @@ from qddot.model.table import Table
 __all__ = [
     "Constraint",
     "Coordinate",
+    "Event",
     "Input",
     "ModelError",
     "Output",

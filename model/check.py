@@ -9,6 +9,7 @@ from sympy import Expr, Symbol, sympify
 
 from qddot.model.constraints import problems_of_constraints, reaction_symbol, reactions
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
+from qddot.model.events import Event, problems_of_events
 from qddot.model.jumps import jumps
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.uses import fixed_positions, loops, massless, order, still_energies, unused
@@ -26,7 +27,7 @@ def problems(system: "System") -> list[str]:
         (_kinds,),
         (_symbols_given,),
         (_types,),
-        (_names, _texts, _numbers),
+        (_names, _texts, _numbers, problems_of_events),
         (_expressions, order, _vocabulary),
         (loops,),
         (unused, fixed_positions, still_energies, problems_of_constraints),
@@ -45,6 +46,11 @@ def _kinds(system: "System") -> Iterator[str]:
         for item in getattr(system, name):
             if type(item).__name__ not in kinds:
                 yield f"{name} holds {item!r}, expected {' or '.join(kinds)}"
+    for event in system.events:
+        if not isinstance(event, Event):
+            yield f"events holds {event!r}, expected Event"
+        elif not isinstance(event.then, Mapping):
+            yield f"event {event.name} has then = {event.then!r}, expected a mapping from states to values"
     for name in ("generalized_forces", "parameter_sets"):
         if not isinstance(getattr(system, name), Mapping):
             yield f"{name} is a {type(getattr(system, name)).__name__}, expected a mapping"

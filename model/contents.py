@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Symbol
 
+from qddot.model.events import event_expressions
 from qddot.model.table import Table, Value
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def expressions(system: "System") -> Iterator[tuple[str, Any]]:
     yield from ((f"rate of {state.symbol}", state.derivative) for state in system.states)
     yield from ((f"constraint {constraint.symbol}", constraint.expression) for constraint in system.constraints)
     yield from (("baumgarte", value) for value in system.baumgarte or ())
+    yield from event_expressions(system)
     yield from positions(system)
 
 

@@ -33,6 +33,7 @@ def marked(part: "Part", mark: str, label: str) -> "Part":
         kind: tuple(_told(new, label) if said(old.symbol) in names else new for old, new in _pairs(part, copy, kind))
         for kind in HELD
     }
+    told["events"] = tuple(_told(replace(each, name=_with_mark(each.name, mark)), label) for each in copy.events)
     stems = {other: part.stems.get(name, f"{part.name} {name}") for name, other in names.items()}
     return replace(copy, **told, stems=stems, name=label, pieces=(label,))
 
@@ -49,7 +50,11 @@ def _marks(part: "Part", mark: str) -> dict[str, str]:
     common = {said(symbol) for symbol in part.shared}
     rates = (rate for each in _items(part) if (rate := _own_rate(each)) is not None)
     own = [said(symbol) for symbol in (*(each.symbol for each in _items(part)), *rates)]
-    return {name: name.replace(MARK, mark) if MARK in name else f"{name}_{mark}" for name in own if name not in common}
+    return {name: _with_mark(name, mark) for name in own if name not in common}
+
+
+def _with_mark(name: str, mark: str) -> str:
+    return name.replace(MARK, mark) if MARK in name else f"{name}_{mark}"
 
 
 def _pairs(one: "Part", other: "Part", kind: str) -> Iterator[tuple[Any, Any]]:

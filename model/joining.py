@@ -34,6 +34,7 @@ def joined(one: "Part", other: "Part") -> "Part":
         generalized_forces=_added(one.generalized_forces, other.generalized_forces),
         parameter_sets=_sets(one, other),
         baumgarte=_baumgarte(one, other),
+        events=(*one.events, *other.events),
         shared=tuple(dict.fromkeys((*one.shared, *other.shared))),
         pieces=(*one.pieces, *other.pieces),
         stems=stems,

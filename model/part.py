@@ -14,6 +14,7 @@ from qddot.model.constraints import Constraint, Rolling
 from qddot.model.contents import HELD
 from qddot.model.copies import MARK, bound, marked, names_of_copy, renamed, said
 from qddot.model.definitions import LoopError, as_expression, definitions, in_order
+from qddot.model.events import Event
 from qddot.model.joining import SUMS, joined
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, State, System
 
@@ -48,6 +49,7 @@ class Part:
     states: Sequence[State] = ()
     constraints: Sequence[Constraint | Rolling] = ()
     baumgarte: Sequence[Expr] | None = None
+    events: Sequence[Event] = ()
     shared: Sequence[Symbol] = ()
     #: What it is made of, and for each of its symbols the one that copies of a part have in its place.
     pieces: tuple[str, ...] = field(default=(), repr=False)
@@ -60,7 +62,8 @@ class Part:
             for item in getattr(self, name):
                 if type(item).__name__ not in kinds or not isinstance(item.symbol, Symbol):
                     raise ModelError(f"part {self.name}: {name} holds {item!r}, expected {' or '.join(kinds)}")
-        object.__setattr__(self, "shared", tuple(self.shared))
+        for name in ("shared", "events"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         for name in SUMS:
             value = as_expression(getattr(self, name))
             if not isinstance(value, Expr):

@@ -14,6 +14,7 @@ from qddot.model.check import problems
 from qddot.model.constraints import Constraint, Rolling, constrained, reaction_symbol, reaction_unit
 from qddot.model.contents import tables
 from qddot.model.definitions import as_expression, definitions, in_order
+from qddot.model.events import Event
 from qddot.model.naming import LONGEST, dotted, t
 from qddot.model.table import Table
 
@@ -163,6 +164,8 @@ class System:
     constraints after each step; or, with baumgarte = (alpha, beta) in parameters, f'' + 2 alpha f' + beta^2 f = 0 takes
     the place of f'' = 0 and nothing else keeps it there (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1-16).
 
+    events: what acts on the state where a function crosses zero.
+
     outputs: `Output`s, and quantities to be computed as outputs under their own names.
     parameter_sets: name -> {parameter symbol: value}, what differs from the defaults.
 
@@ -184,9 +187,10 @@ class System:
     states: Sequence[State] = ()
     constraints: Sequence[Constraint | Rolling] = ()
     baumgarte: Sequence[Expr] | None = None
+    events: Sequence[Event] = ()
 
     def __post_init__(self) -> None:
-        for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs", "constraints"):
+        for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs", "constraints", "events"):
             object.__setattr__(self, name, _tuple(getattr(self, name)))
         for name in ("kinetic_energy", "potential_energy", "dissipation"):
             object.__setattr__(self, name, as_expression(getattr(self, name)))

@@ -1,7 +1,7 @@
 """What an integrator is given and what it gives back; the same for every family of methods."""
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.inputs.piece import InputTable
 from qddot.runner.matrices import PlacedKernel
+from qddot.runner.tables import EventRow
 
 #: The end of a run that only an event ends, in s from its start.
 FOREVER = 1e100
@@ -31,6 +32,7 @@ class Status(IntEnum):
     INTERRUPTED = 8  # Ctrl-C
     NOT_STARTED = 9  # no static state to start from
     NO_EVENT = 10  # that would have ended a run without an end of its own
+    PILED_UP = 11  # events that act come closer and closer in time
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,21 @@ class Held:
 
 
 @dataclass(frozen=True, eq=False)
+class Acting:
+    """Events that act: the kernel events(t, x, u, c, v), v (count,), rows that say what they are, and the kernel rhs.
+
+    places: of each event the states that it sets; first: where the values for them stand in v.
+    """
+
+    kernel: Any
+    rhs: Any
+    count: int
+    rows: tuple[EventRow, ...]
+    places: tuple[tuple[int, ...], ...]
+    first: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """x' = rhs(t, x, u(t), c) from t0 to t1, kernels of the calling convention (see `abi`).
 
@@ -65,7 +82,8 @@ class Problem:
     jacobian: a jitted function that fills J (n_states, n_states), or a model's kernel with its pattern.
     input_jacobian: of a linear model, whose Jacobians are constant (exact propagation only). recurrences: the code of
     the states' Taylor series, a `SeriesCode` (Taylor's method only, which takes no rhs).
-    held: the constraints on which the state is kept, None where there are none.
+    held: the constraints on which the state is kept, None where there are none. acting: the events of the model that
+    act, see `frame.acting`; None where it has none.
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
     workplaces: what runs from other states work with again, see `started_from`; no other copy of a problem has them.
@@ -84,6 +102,7 @@ class Problem:
     input_jacobian: PlacedKernel | None = None
     recurrences: Any = None
     held: Held | None = None
+    acting: Acting | None = None
     by_item: bool = False
     sense: int = 1
     workplaces: dict[Any, list[Any]] | None = field(default=None, init=False, repr=False)
@@ -94,6 +113,10 @@ class Problem:
         object.__setattr__(other, "initial_state", x)
         object.__setattr__(other, "workplaces", workplaces)
         return other
+
+    def without_kernels(self) -> "Problem":
+        """The same, with nothing of a model's kernels: what can be pickled."""
+        return replace(self, rhs=None, jacobian=None, input_jacobian=None, recurrences=None, held=None, acting=None)
 
     def jacobian_at(self, t: float, x: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
         """The Jacobian (n_states, n_states) that was given, with inputs u."""

@@ -12,7 +12,7 @@ from numba.core.dispatcher import Dispatcher
 from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
 from qddot.runner.ranges import expanded
-from qddot.runner.tables import Channel, Constraint, Lookup, Parameter, Quantity, Tables
+from qddot.runner.tables import Channel, Constraint, EventRow, Lookup, Parameter, Quantity, Tables
 
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
 
@@ -56,6 +56,7 @@ def read_tables(module: ModuleType) -> Tables:
         constraints=constraints,
         projected=bool(constraints) and _entry(module, "PROJECTED", bool),
         recurrence=_entry(module, "RECURRENCE", str) if hasattr(module, "RECURRENCE") else "",
+        events=_events(module),
         without_recurrence=_entry(module, "WITHOUT_RECURRENCE", str) if hasattr(module, "WITHOUT_RECURRENCE") else "",
     )
     _check_names(module, tables)
@@ -83,6 +84,11 @@ def _constraints(module: ModuleType) -> tuple[Constraint, ...]:
     if any(late.on_positions > early.on_positions for early, late in pairwise(found)):
         raise _fail(module, "CONSTRAINT has one on velocities before one on positions")
     return found
+
+
+def _events(module: ModuleType) -> tuple[EventRow, ...]:
+    kinds = (str, int, bool, str, tuple)
+    return _records(module, "EVENT", EventRow, kinds) if hasattr(module, "EVENT") else ()
 
 
 def _patterns(
@@ -163,6 +169,10 @@ def _check_names(module: ModuleType, tables: Tables) -> None:
     names = [parameter.name for parameter in tables.parameters]
     if len(set(names)) < len(names):
         raise _fail(module, f"PARAMETER names {max(names, key=names.count)!r} twice")
+    states = [state.name for state in tables.states]
+    for event in tables.events:
+        if unknown_states := set(event.sets) - set(states):
+            raise _fail(module, f"EVENT {event.name} sets {min(unknown_states)!r}, which is no state")
     for name in tables.positioned:
         if name not in tables.free_inputs:
             raise _fail(module, f"POSITION names {name!r}, which is no input")
@@ -202,7 +212,9 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
     for name, signature in abi.SIGNATURES.items():
-        if (name == "positions" and not tables.positioned) or (name in abi.CONSTRAINED and not tables.constraints):
+        if name in abi.CONSTRAINED and not tables.constraints:
+            continue
+        if (name == "positions" and not tables.positioned) or (name == "events" and not tables.events):
             continue
         kernel = getattr(module, name, None)
         if not isinstance(kernel, Dispatcher):

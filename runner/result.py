@@ -29,6 +29,7 @@ ADVICE = {
     Status.INTERRUPTED: "the solution holds what was computed until then",
     Status.NOT_STARTED: "give the initial state",
     Status.NO_EVENT: "give an end to the span, or another event",
+    Status.PILED_UP: "let the event end the run once it does little, or give contact a force in place of the event",
 }
 WHAT = {
     Status.FINISHED: "finished",
@@ -41,6 +42,7 @@ WHAT = {
     Status.INTERRUPTED: "was interrupted",
     Status.NOT_STARTED: "has no static state to start from",
     Status.NO_EVENT: "met no terminal event",
+    Status.PILED_UP: "cannot pass the time at which an event happens without end",
 }
 
 
@@ -142,6 +144,8 @@ def _message(subject: Subject, problem: Problem, method: Method, options: Option
     at = trajectory.failed_at if np.isfinite(trajectory.failed_at) else trajectory.t[-1]
     step = f" with step {options.step:g} s" if options.step is not None and not method.adaptive else ""
     message = f"{subject.name} {WHAT[status]} at t = {at:.9g} s (method {method.name}{step})"
+    if status is Status.PILED_UP:
+        message += f": event {trajectory.extras['piled_up']} comes sooner and sooner after the one before"
     if trajectory.failed_state >= 0:
         state = subject.states[trajectory.failed_state]
         last = trajectory.states[-1, trajectory.failed_state]

@@ -1,6 +1,6 @@
 """One call from a model to its solution."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Unpack
@@ -14,6 +14,7 @@ from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.columns import Between
 from qddot.runner.diagnosis import diagnosis
 from qddot.runner.equilibrium import Guess, rest
+from qddot.runner.frame.acting import Stretch, acting_of
 from qddot.runner.frame.events import OutputCrossing, StateCrossing
 from qddot.runner.frame.first_call import check_first_calls
 from qddot.runner.frame.spans import integrate, span_of
@@ -92,7 +93,7 @@ class Simulation:
         """Kernels are the model's: pickled, it carries them by name."""
         if self.model is None:
             return Simulation, (self.subject, replace(self.problem), self.method, self.options, None)
-        problem = replace(self.problem, rhs=None, jacobian=None, input_jacobian=None, recurrences=None, held=None)
+        problem = self.problem.without_kernels()
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
@@ -107,7 +108,8 @@ class Simulation:
                 x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)
         problem = problem.started_from(x, self._workplaces)
         trajectory = integrate(problem, self.method, self.options)
-        between = _Between(self, x, trajectory.statistics.steps, float(trajectory.t[-1]))
+        whole = Stretch(problem.t0, x, trajectory.statistics.steps, float(trajectory.t[-1]))
+        between = _Between(self, trajectory.extras.get("stretches", (whole,)))
         solution = as_solution(self.subject, problem, self.method, self.options, trajectory, between)
         if not solution.success and on_failure == "raise":
             raise IntegrationError(solution)
@@ -116,19 +118,30 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class _Between:
-    """What lies between the saved points of a run from x (n_states,), when called; steps, end: how far it went."""
+    """What lies between the saved points of a run, when called; stretches: those that it was integrated in."""
 
     simulation: Simulation
-    x: NDArray[np.float64]
-    steps: int
-    end: float
+    stretches: tuple[Stretch, ...]
 
     def __call__(self) -> Between:
-        from qddot.runner.dense.output import DenseOutput  # noqa: PLC0415 - most runs are read where they were saved
+        from qddot.runner.dense.output import (  # noqa: PLC0415 - most runs are read as they were saved
+            Chain,
+            DenseOutput,
+        )
 
         run = self.simulation
-        problem = replace(run.problem, initial_state=self.x)
-        return DenseOutput(run.subject, problem, run.method, run.options, self.steps, self.end)
+        parts = [
+            DenseOutput(
+                run.subject,
+                replace(run.problem, t0=each.t0, initial_state=each.x),
+                run.method,
+                run.options,
+                each.steps,
+                each.end,
+            )
+            for each in self.stretches
+        ]
+        return parts[0] if len(parts) == 1 else Chain(tuple(parts))
 
 
 def prepare(
@@ -166,7 +179,7 @@ def prepare(
         else assembled(model, c, table, t0, initial, guess),
         constants=c,
         inputs=table,
-        n_inputs=model.tables.rhs_inputs,
+        n_inputs=len(table.first) if _reads_all(settings.events) else model.tables.rhs_inputs,
         state_names=model.state_names,
         by_item=True,
     )
@@ -189,6 +202,7 @@ def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method,
         input_jacobian=_constant(model, method) if exact else None,
         recurrences=model.series if method.family == "taylor" else None,
         held=held_by(model),
+        acting=acting_of(model),
     )
     check_first_calls(problem, options)
     subject = replace(subject, output_kernel=model.kernel("outputs") if model.tables.outputs else None)
@@ -213,24 +227,38 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
 
 
 def crossing(
-    model: Model, name: str, level: float = 0.0, *, direction: int = 0, terminal: bool | int = False
+    model: Model,
+    name: str,
+    level: float = 0.0,
+    *,
+    direction: int = 0,
+    terminal: bool | int = False,
+    called: str | None = None,
 ) -> Crossing:
     """An event for `simulate`: a state or an output of the model crosses a level, in its unit.
 
     direction: 1 rising, -1 falling, 0 both. terminal: the run ends there; a number n ends it at the n-th crossing in
-    this direction. How closely a step is followed: see `runner.frame.events`. Raises ValueError for an unknown name.
+    this direction. called: the event's name in `solution.events`, that of the state or output by default. How closely a
+    step is followed: see `runner.frame.events`. Raises ValueError for an unknown name.
     """
     model, level = as_model(model), finite("level", level)
     way = checks.direction("direction", direction)
     if not isinstance(name, str):
         raise ValueError(f"name is {shown(name)}, expected that of a state or an output")
     outputs = [output.name for output in model.tables.outputs]
-    said: dict[str, Any] = {"direction": way, "terminal": terminal, "name": name}
+    if not (called is None or isinstance(called, str)):
+        raise ValueError(f"called is {shown(called)}, expected a name for the event")
+    said: dict[str, Any] = {"direction": way, "terminal": terminal, "name": called or name}
     if name in model.state_names:
         return StateCrossing(model.state_names.index(name), level, **said)
     if name not in outputs:
         raise ValueError(f"model {model.name}: {unknown('state or output', name, [*model.state_names, *outputs])}")
     return OutputCrossing(model.kernel("outputs"), len(outputs), outputs.index(name), level, **said)
+
+
+def _reads_all(events: Sequence[Any]) -> bool:
+    """Whether events may read inputs that the right-hand side does not."""
+    return not all(isinstance(event, StateCrossing) for event in events)
 
 
 def _constant(model: Model, method: Method) -> PlacedKernel:

@@ -209,11 +209,12 @@ class Solution(Columns):
         return (pickle.loads(self.between) if isinstance(self.between, bytes) else self.between)()
 
     @property
-    def attributes(self) -> dict[str, str | float]:
+    def attributes(self) -> dict[str, Any]:
         """Everything beside the columns, for files: metadata, how the run ended, statistics.
 
         Which names a person looks at first stand in "headline coordinates", "headline outputs" and "headline inputs".
-        A run that did not reach its end has also partial = "yes" and, where a state left, failed_at (s), failed_state.
+        "event NAME" are the times of an event that happened, s. A run that did not reach its end has also partial =
+        "yes" and, where a state left, failed_at (s), failed_state.
         """
         counts = {name: float(value) for name, value in asdict(self.statistics).items()}
         ended: dict[str, str | float] = {"status": self.status.name, "message": self.message}
@@ -222,7 +223,12 @@ class Solution(Columns):
             ended |= {"failed_at": float(self.failed_at)} if np.isfinite(self.failed_at) else {}
             ended |= {"failed_state": self.failed_state} if self.failed_state else {}
         looked_at = {f"headline {kind}": " ".join(names) for kind, names in self.headlines.items()}
-        return {**self.metadata, **ended, **counts, **looked_at}
+        happened = {f"event {name}": times for name in self._event_names if (times := self.events.times(name)).size}
+        return {**self.metadata, **ended, **counts, **looked_at, **happened}
+
+    @property
+    def _event_names(self) -> tuple[str, ...]:
+        return self.events.names if self.extras and "events" in self.extras else ()
 
     def to_xarray(self) -> "xarray.Dataset":
         """The run as a data set: one variable (time,) for each quantity, with the attributes units and long_name."""

@@ -52,6 +52,17 @@ class Constraint:
 
 
 @dataclass(frozen=True)
+class EventRow:
+    """An event of the model: direction as in `frame.events`; `sets`: the states that take new values there."""
+
+    name: str
+    direction: int
+    terminal: bool
+    meaning: str
+    sets: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Lookup:
     """A table of a state: its points go from `first` to `last`; what is outside is "refuse" where it has no value."""
 
@@ -71,7 +82,8 @@ class Tables:
     states: coordinates, their velocities in the same order, internal states. positioned: inputs that act at a place
     along the way of travel, in the order of the kernel `positions`. patterns: of the matrices, by their kernels' names.
     recurrence: the table of the states' Taylor series, or in without_recurrence the function that has none.
-    constraints: those on positions first. projected: whether the state is kept on them after each step.
+    constraints: those on positions first. projected: whether the state is kept on them after each step. events: in the
+    order of the kernel `events`.
     """
 
     name: str
@@ -93,6 +105,7 @@ class Tables:
     without_recurrence: str = ""
     constraints: tuple[Constraint, ...] = ()
     projected: bool = False
+    events: tuple[EventRow, ...] = ()
 
     @property
     def n_positions(self) -> int:

@@ -17,6 +17,7 @@ PAGES = (
     "docs/from_matlab.md",
     "docs/from_sympy.md",
     "docs/python.md",
+    "docs/events.md",
 )
 
 

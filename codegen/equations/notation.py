@@ -19,6 +19,7 @@ from qddot.codegen.equations.reading import Reader
 from qddot.codegen.equations.spelling import alike
 from qddot.codegen.lagrange import Equations
 from qddot.model.contents import declared
+from qddot.model.definitions import as_expression
 from qddot.model.system import ModelError
 
 
@@ -41,6 +42,14 @@ class ParameterEntry:
     meaning: str
     default: float
     values: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """An event: what it is, what vanishes where it happens, and what states are behind it, made of those before it."""
+
+    heading: str
+    formulas: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +105,7 @@ class Document:
     forces: tuple[Formula, ...]
     multipliers: tuple[Entry, ...]
     constraints: tuple[Formula, ...]
+    events: tuple[Occurrence, ...]
     motion: tuple[Formula, ...]
     state_motion: tuple[Formula, ...]
     mass: MassMatrix
@@ -137,6 +147,7 @@ def describe(equations: Equations, source: str) -> Document:
         forces=writing.forces(),
         multipliers=tuple(Entry(str(c.symbol), c.unit, c.meaning) for c in in_order(system)),
         constraints=writing.constraints(),
+        events=writing.events(),
         motion=tuple(writing.motion(k) for k in range(len(equations.coordinates))),
         state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
@@ -188,6 +199,18 @@ class _Writing:
         """What the author says of positions and velocities, and that it vanishes."""
         given = (convert(each.expression) for each in in_order(self._equations.system))
         return tuple(Formula(self._author.sum(expression), Sum(())) for expression in given)
+
+    def events(self) -> tuple[Occurrence, ...]:
+        """Of each event its function, which vanishes, and the values that it gives."""
+        found, ways = [], {-1: "falls through", 0: "passes", 1: "rises through"}
+        for event in self._equations.system.events:
+            values = [self.given(Name(str(symbol)), convert(as_expression(e))) for symbol, e in event.then.items()]
+            behind = "; the values behind it, of those before" if values else ""
+            ends = "; the run ends there" if event.terminal else ""
+            heading = f"{event.meaning} ({event.name}): where this {ways[event.direction]} zero{behind}{ends}"
+            where = Formula(self._author.sum(convert(as_expression(event.function))), Sum(()))
+            found.append(Occurrence(heading, (where, *values)))
+        return tuple(found)
 
     def motion(self, k: int) -> Formula:
         """The equation of coordinate k, its terms in the order of Lagrange's equation."""

@@ -51,6 +51,10 @@ def html(document: Document) -> str:
             energies=[page.pieces(page.write.formula(formula)) for formula in document.energies],
             forces=[page.pieces(page.write.formula(formula)) for formula in document.forces],
             constraints=[page.pieces(page.write.formula(formula)) for formula in document.constraints],
+            events=[
+                (event.heading, [page.pieces(page.write.formula(formula)) for formula in event.formulas])
+                for event in document.events
+            ],
             multipliers=[page.symbols(entry) for entry in document.multipliers],
             motion=page.equations(document.coordinates, document.motion),
             state_motion=page.equations(document.states, document.state_motion),

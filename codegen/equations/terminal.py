@@ -43,6 +43,11 @@ class _Page:
             yield from self._heading("Constraints")
             yield from self._formulas(document.constraints)
         yield from self._table("Multipliers, of forces -G'λ", document.multipliers)
+        if document.events:
+            yield from self._heading("Events")
+        for event in document.events:
+            yield from wrapped(f"{event.heading}:", self._width)
+            yield from self._formulas(event.formulas)
         yield from self._motion()
         yield from self._mass(document.mass)
         yield from self._defined("Outputs", document.outputs, document.output_definitions)

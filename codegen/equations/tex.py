@@ -69,6 +69,7 @@ def tex(document: Document) -> str:
         forces=page.aligned(document.forces),
         multipliers=page.table(document.multipliers),
         constraints=page.aligned(document.constraints),
+        events=[(escape(event.heading), page.aligned(event.formulas)) for event in document.events],
         motion=page.equations(document.coordinates, document.motion),
         state_motion=page.equations(document.states, document.state_motion),
         mass=page.mass(),

@@ -8,6 +8,7 @@ import numpy as np
 from qddot.runner.batch.outcome import Outcome
 from qddot.runner.batch.prepared import Run
 from qddot.runner.batch.sampling import WHOLE, Sampling
+from qddot.runner.frame.spans import integrate
 from qddot.runner.observe import Observer
 from qddot.runner.options import Options
 from qddot.runner.problem import Status, Trajectory
@@ -22,7 +23,7 @@ def alone(runs: Sequence[tuple[int, Run]], observer: Observer, sampling: Samplin
 
 def _integrate(run: Simulation, row: int, observer: Observer, sampling: Sampling, outcome: Outcome) -> None:
     try:
-        trajectory = run.method.integrate(run.problem, run.method, _sampled(run, sampling))
+        trajectory = integrate(run.problem, run.method, _sampled(run, sampling))
     except ValueError as error:
         outcome.refusals[row] = str(error)
         return
@@ -42,7 +43,7 @@ def _sampled(run: Simulation, sampling: Sampling) -> Options:
 
     A step that an output time cuts rounds otherwise than the same step of a run that is not sampled.
     """
-    if not run.method.adaptive and run.options.step is not None:
+    if not run.method.adaptive and run.options.step is not None and run.problem.acting is None:
         every = round(sampling.interval / run.options.step)
         if every >= 1 and abs(every * run.options.step - sampling.interval) <= WHOLE * sampling.interval:
             return replace(run.options, every=every, output_times=None)

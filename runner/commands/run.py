@@ -14,7 +14,7 @@ from qddot.runner.pictures.arrange import run_picture
 from qddot.runner.pictures.picture import Picture
 from qddot.runner.report.background import Drawing
 from qddot.runner.report.progress import progress_bar
-from qddot.runner.report.tables import not_finite, statistics, summary
+from qddot.runner.report.tables import happened, not_finite, statistics, summary
 from qddot.runner.solution import Solution
 from qddot.runner.study.overrides import parsed
 from qddot.runner.study.read import StudyError
@@ -80,6 +80,8 @@ def _write(study: StudyTable, solution: Solution, path: Path, data: Path, title:
     console.print(title, style="bold", highlight=False)
     console.print(statistics(solution, compiled_for()), highlight=False, soft_wrap=True)
     console.print(summary(seen))
+    for line in happened(solution):
+        console.print(line, highlight=False, soft_wrap=True)
     for line in not_finite(solution):
         console.print(f"note: {line}", highlight=False, soft_wrap=True)
     console.print(f"wrote {data}", highlight=False, soft_wrap=True)

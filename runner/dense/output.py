@@ -122,6 +122,29 @@ class DenseOutput:
             self._kept.append((np.concatenate([t for t, _ in pieces]), np.concatenate([x for _, x in pieces])))
 
 
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The dense outputs of stretches, one behind the other; where two meet, the later one counts."""
+
+    parts: tuple[DenseOutput, ...]
+
+    def values_at(self, times: Numbers) -> Numbers:
+        """As that of a part."""
+        which = np.searchsorted([float(part.problem.t0) for part in self.parts[1:]], times, side="right")
+        rows = [part.values_at(times[which == k]) for k, part in enumerate(self.parts)]
+        found = np.empty((len(times), rows[0].shape[1]))
+        for k, values in enumerate(rows):
+            found[which == k] = values
+        return found
+
+    def better(self, best: Numbers, start: float, end: float) -> None:
+        """As that of a part, each within its own stretch."""
+        for part in self.parts:
+            low, high = max(start, float(part.problem.t0)), min(end, part.end)
+            if low <= high:
+                part.better(best, low, high)
+
+
 _PIECES = types.Tuple((abi.MATRIX, types.Array(types.float64, 3, "C"), abi.VECTOR))
 
 

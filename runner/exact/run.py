@@ -87,10 +87,11 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     near = ROUNDING * max(abs(t0), abs(t1))
     outputs, spacing, first_even, last_even = _wanted(options, t0, t1, near)
     linear = Linear(problem.rhs, problem.jacobian, problem.input_jacobian)
-    s, arrays = space_for(linear, problem.inputs, problem.n_inputs, outputs)
+    n_inputs = problem.input_jacobian.pattern.shape[1]
+    s, arrays = space_for(linear, problem.inputs, n_inputs, outputs)
     s["next_output"], s["first_even"], s["last_even"], s["spacing"] = 1, first_even, last_even, spacing
     s["t"], s["segment_end"], s["t1"], s["limit"] = t0, t0, t1, options.divergence_limit
-    A, B = np.empty((n, n)), np.empty((n, problem.n_inputs + 1))
+    A, B = np.empty((n, n)), np.empty((n, n_inputs + 1))
     return _Workplace(options, s, arrays, A, B, restorer(s, arrays.cursor), recorder)
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from qddot.runner import abi
 from qddot.runner.checks import direction, shown, terminal
 from qddot.runner.frame import turns
-from qddot.runner.frame.search import FUNCTION, OUTPUT, STATE, WATCH
+from qddot.runner.frame.search import ACTING, FUNCTION, OUTPUT, STATE, WATCH
 from qddot.runner.machine.memory import address, record
 from qddot.runner.machine.pointers import EVENT_SIGNATURE, pointer
 
@@ -77,6 +77,15 @@ class OutputCrossing(_Watched):
     level: float = 0.0
 
 
+@dataclass(frozen=True)
+class ActingCrossing(_Watched):
+    """Value `index` of the kernel events(t, x, u, c, v), v (count,), of a model crosses zero."""
+
+    events: Any
+    count: int
+    index: int
+
+
 @dataclass(frozen=True, eq=False)
 class EventLog:
     """Events in order: t (n,) in s, event (n,) indices, states (n, n_states); names of all events watched for."""
@@ -117,7 +126,9 @@ def _watch_for(events: Sequence[Any], n_states: int, degree: int) -> tuple[np.vo
     kernels = {id(event.outputs): event for event in events if isinstance(event, OutputCrossing)}
     if len(kernels) > 1:
         raise ValueError("the output crossings of a run name different output kernels; expected one")
+    acting = next((event for event in events if isinstance(event, ActingCrossing)), None)
     count, n_outputs = len(events), max((event.count for event in kernels.values()), default=0)
+    n_acting = acting.count if acting is not None else 0
     dense, degree = degree, min(degree if all(row[0] == STATE for row in rows) else 2 * degree, MOST_DEGREE)
     parts = 1 if degree == dense else MOST_PARTS
     most = count * (1 + 2 * degree * parts)
@@ -137,8 +148,12 @@ def _watch_for(events: Sequence[Any], n_states: int, degree: int) -> tuple[np.vo
         "theta": np.zeros(most),
         "event": np.zeros(most, dtype=np.int64),
         "y": np.zeros(n_outputs),
+        "acting_values": np.zeros(n_acting),
     }
-    watch = record(WATCH, count=count, n_outputs=n_outputs, degree=degree, most=most, shortest=1.0 / parts)
+    numbers = {"count": count, "n_outputs": n_outputs, "n_acting": n_acting, "degree": degree, "most": most}
+    watch = record(WATCH, **numbers, shortest=1.0 / parts)
+    if acting is not None:
+        watch["acting"] = pointer(acting.events, abi.VECTOR_KERNEL, "events")
     watch["whole"] = degree >= dense
     for event in kernels.values():
         watch["outputs"] = pointer(event.outputs, abi.VECTOR_KERNEL, "the kernel of an output crossing")
@@ -151,6 +166,8 @@ def _row(name: str, event: Any, n_states: int) -> tuple[int, int, int, int]:
     """Kind, place, direction, and how many crossings end the run."""
     if isinstance(event, Event):
         return FUNCTION, pointer(event.function, EVENT_SIGNATURE, name), event.direction, int(event.terminal)
+    if isinstance(event, ActingCrossing):
+        return ACTING, event.index, event.direction, int(event.terminal)
     if isinstance(event, StateCrossing):
         kind, place, size = STATE, event.state, n_states
     elif isinstance(event, OutputCrossing):

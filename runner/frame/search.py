@@ -14,12 +14,13 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
 from qddot.runner.machine.pointers import call_event, call_kernel
 
-FUNCTION, OUTPUT, STATE = range(3)
+FUNCTION, OUTPUT, STATE, ACTING = range(4)
 #: theta of an event that did not happen in the step.
 NONE = 2.0
 
 
-#: Fields of what is known of `count` events: addresses; outputs: the kernel, y (n_outputs,) room for what it writes.
+#: Fields of what is known of `count` events: addresses; outputs: the kernel, y (n_outputs,) room for what it writes;
+#: acting: that of the model's own events, with room acting_values (n_acting,).
 #: kind, place, direction, level as in `events`, the place of a function being its address; terminal: crossings that
 #: end the run, 0 where none does, left: those to come. degree: of the polynomial that follows a function; whole: not 0
 #: where those of states are the dense output; points, basis, tail: what `turns` has of this degree; most: events of a
@@ -28,16 +29,19 @@ NONE = 2.0
 #: theta, event (found,): crossings, rising, theta from 0 to 1.
 WATCH = layout(
     "count outputs n_outputs kind place direction terminal left level degree whole points basis tail most before after "
-    "values coefficients turns stack theta event found y",
+    "values coefficients turns stack theta event found y acting n_acting acting_values",
     "shortest",
 )
 
 
 @compiled(**LEAN)
 def write_outputs(space, watch, t, where):
-    """Let y be the outputs at time t, the state at an address, inputs as they stand in u."""
+    """Let y be the outputs, and the model's events be known, at time t, the state at an address, inputs as in u."""
     x, u, c = floats(where, space.n), input_values(space), constants(space)
-    call_kernel(watch.outputs, t, x, u, c, floats(watch.y, watch.n_outputs))
+    if watch.outputs != 0:
+        call_kernel(watch.outputs, t, x, u, c, floats(watch.y, watch.n_outputs))
+    if watch.acting != 0:
+        call_kernel(watch.acting, t, x, u, c, floats(watch.acting_values, watch.n_acting))
 
 
 @compiled(**LEAN)
@@ -46,6 +50,8 @@ def value_of(i, space, watch, t, where):
     kind, place = integers(watch.kind, watch.count)[i], integers(watch.place, watch.count)[i]
     if kind == FUNCTION:
         return call_event(place, t, floats(where, space.n), input_values(space), constants(space))
+    if kind == ACTING:
+        return floats(watch.acting_values, watch.n_acting)[place]
     value = floats(watch.y, watch.n_outputs)[place] if kind == OUTPUT else floats(where, space.n)[place]
     return value - floats(watch.level, watch.count)[i]
 
@@ -53,7 +59,8 @@ def value_of(i, space, watch, t, where):
 @compiled(**LEAN)
 def event_value(i, space, watch, t, where):
     """`value_of` where the outputs are still to be computed."""
-    if integers(watch.kind, watch.count)[i] == OUTPUT:
+    kind = integers(watch.kind, watch.count)[i]
+    if kind in (OUTPUT, ACTING):
         write_outputs(space, watch, t, where)
     return value_of(i, space, watch, t, where)
 
@@ -61,7 +68,7 @@ def event_value(i, space, watch, t, where):
 @compiled(**LEAN)
 def event_values(space, watch, t, where, target):
     """Write the functions of all events at time t, its state and the target (count,) at addresses."""
-    if watch.outputs != 0:
+    if watch.outputs != 0 or watch.acting != 0:
         write_outputs(space, watch, t, where)
     values = floats(target, watch.count)
     for i in range(watch.count):

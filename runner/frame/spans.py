@@ -56,7 +56,11 @@ def integrate(problem: Problem, method: "Method", options: Options) -> Trajector
     options.tolerances(len(problem.initial_state))
     if problem.t1 == problem.t0:
         return _at_once(problem, method, options)
-    if problem.t1 < problem.t0:
+    if problem.acting is not None:
+        from qddot.runner.frame.acting import integrate_acting  # noqa: PLC0415 - most models have no such events
+
+        found = integrate_acting(problem, problem.acting, method, options)
+    elif problem.t1 < problem.t0:
         from qddot.runner.frame.backward import integrate_backward  # noqa: PLC0415 - most runs go forward
 
         found = integrate_backward(problem, method, options)

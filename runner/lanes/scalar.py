@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from qddot.runner.frame.acting import acting_of
+from qddot.runner.frame.spans import integrate
 from qddot.runner.lanes.starts import table_of
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.manifold import held_by
@@ -28,7 +30,7 @@ def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_
         t0, t1 = problem.t0, problem.t1
         wanted = times[(times >= t0) & (times <= t1)]
         options = replace(task.options, output_times=wanted if len(wanted) else np.array([t1]), time_limit=left)
-        trajectory = task.method.integrate(problem, task.method, options)
+        trajectory = integrate(problem, task.method, options)
         _write(task, run, problem, trajectory)
         if trajectory.status is Status.INTERRUPTED:
             arrays["status"][run:] = int(Status.INTERRUPTED)
@@ -51,6 +53,7 @@ def _problem(task: "Task", run: int) -> Problem:
         jacobian=model.matrix("jacobian") if task.method.stiff else None,
         by_item=True,
         held=held_by(model),
+        acting=acting_of(model),
     )
 
 

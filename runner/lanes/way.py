@@ -21,13 +21,17 @@ def way_of(model: Model, method: Method, options: Options) -> tuple[Way, str]:
             return "alone", f"option {name} is one of a single run"
     if method.family == "exact":
         return "exact", "exact propagation takes every run by its own matrices, on all threads"
+    why = _why_alone(model, method)
+    return ("alone", why) if why else ("lanes", "")
+
+
+def _why_alone(model: Model, method: Method) -> str:
     if method.name not in IN_LANES:
-        return "alone", f"method {method.name} does not run in lanes; {', '.join(IN_LANES)} do"
+        return f"method {method.name} does not run in lanes; {', '.join(IN_LANES)} do"
     if model.tables.projected:
-        return (
-            "alone",
-            f"model {model.name} has constraints, on which each run is kept by itself; Baumgarte's run in lanes",
-        )
+        return f"model {model.name} has constraints, on which each run is kept by itself; Baumgarte's run in lanes"
+    if model.tables.events:
+        return f"model {model.name} has events that act, and each run stops at times of its own"
     if lane_rhs(model) is None:
-        return "alone", f"model {model.name} has no lane kernel: it calls a function without vectors"
-    return "lanes", ""
+        return f"model {model.name} has no lane kernel: it calls a function without vectors"
+    return ""

@@ -54,6 +54,7 @@ _NOTHING_COMPILED = (
     "identify",
     "commands",
     "files.py",
+    "frame/acting.py",
     "notebook.py",
     "stale.py",
     "machine/places.py",

@@ -62,6 +62,19 @@ def not_finite(solution: Solution) -> list[str]:
     return lines
 
 
+def happened(solution: Solution) -> list[str]:
+    """A line for each event that was watched for: how often it happened, first and last."""
+    if not solution.extras or "events" not in solution.extras:
+        return []
+    lines = []
+    for name in solution.events.names:
+        times = solution.events.times(name)
+        when = [f"at {times[0]:.6g} s"] if times.size == 1 else []
+        when = [f"first at {times[0]:.6g} s", f"last at {times[-1]:.6g} s"] if times.size > 1 else when
+        lines.append(", ".join([f"event {name}: {counted(times.size, 'time')}", *when]))
+    return lines
+
+
 def statistics(solution: Solution, compiled_for: float = 0.0) -> str:
     """One line: method, points, steps, evaluations, time; and the seconds that were spent compiling before."""
     counts = solution.statistics

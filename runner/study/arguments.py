@@ -10,6 +10,7 @@ from qddot.runner.files import named_code
 from qddot.runner.load import Model, load_for
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.base import Amount
+from qddot.runner.study.events import study_events
 from qddot.runner.study.integration import integration_arguments
 from qddot.runner.study.memory import Memory
 from qddot.runner.study.read import StudyError, place
@@ -30,6 +31,7 @@ def settings(study: StudyTable, model: Model, path: Path, memory: Memory | None 
         "inputs": study_signals(study, model, model.parameter_values(parameters), path, memory),
         "initial": None if study.initial == "equilibrium" else _initial(study.initial, model, amounts),
         "guess": _guess(study, model, amounts),
+        **study_events(study, model, amounts),
         **memory(("options", study.integration), lambda: integration_arguments(study.integration, amounts)),
     }
 

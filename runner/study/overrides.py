@@ -10,7 +10,7 @@ Tree = dict[str, Any]
 
 #: Tables that may be missing in the file, and whose keys are the model's names.
 _OPEN = (
-    *("parameters", "initial", "equilibrium_guess", "assemble", "inputs", "outputs"),
+    *("parameters", "initial", "equilibrium_guess", "assemble", "inputs", "outputs", "events"),
     *("integration", "integration.fixed", "integration.adaptive"),
 )
 

@@ -22,7 +22,7 @@ from qddot.runner.study.overrides import Tree, changed
 from qddot.runner.study.read import check, naming_file, read_tree
 
 #: What a study says beside how to integrate, by the names of `simulate`.
-_GIVEN = ("span", "parameters", "inputs", "initial", "guess")
+_GIVEN = ("span", "parameters", "inputs", "initial", "guess", "events")
 #: Options of which one says what to save.
 _SAVING = ("output_times", "every", "refine")
 

@@ -57,14 +57,26 @@ class Figure(Table):
     from_start: tuple[str, ...] = ()
 
 
+class EventTable(Table):
+    """What is watched for: `of`, a state or an output, crosses a level; the key is its name in the results.
+
+    terminal: the run ends there; a number n ends it at the n-th crossing in this direction.
+    """
+
+    of: str
+    level: Amount = 0.0
+    direction: Literal["rising", "falling", "both"] = "both"
+    terminal: bool | Whole = False
+
+
 class StudyTable(Table):
     """One run of one model, or a batch of them where it has a sweep.
 
     model: a name, or the path of a generated module, taken from the study's folder. span: start and end, s. initial:
     the states that are not 0, or the static equilibrium; equilibrium_guess: the coordinates that are not 0 where the
     search for it starts; assemble: where the states that [initial] of a model with constraints leaves out are sought,
-    those that are not 0. road: what the inputs that have a position drive over.
-    identified: a file that `qddot identify` wrote, whose values stand where the study gives none.
+    those that are not 0. road: what the inputs that have a position drive over. events: what is watched for beside the
+    model's own. identified: a file that `qddot identify` wrote, whose values stand where the study gives none.
     sweep, metrics, outputs: of `qddot batch`.
     """
 
@@ -79,6 +91,7 @@ class StudyTable(Table):
     initial: Literal["equilibrium"] | dict[str, Amount] = "equilibrium"
     equilibrium_guess: dict[str, Amount] = Field(default_factory=dict)
     assemble: dict[str, Amount] = Field(default_factory=dict)
+    events: dict[str, EventTable] = Field(default_factory=dict)
     integration: Integration = Integration()
     figure: Figure = Figure()
     sweep: SweepTable = SweepTable()

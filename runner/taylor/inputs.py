@@ -28,7 +28,7 @@ from qddot.runner.machine.memory import LEAN, VIEW, floats
 def write_inputs(space, t):
     """Write the series of all inputs about t, from the pieces that the reader has at hand."""
     reader = floats(space.reader, space.reader_size)
-    for start in range(0, space.n_inputs, GROUP):
+    for start in range(0, space.series_inputs, GROUP):
         pieces = space.reader + 8 * (HEAD + start // GROUP * GROUP_SIZE)
         write_group(pieces, space.inputs_at + 8 * start, space, t, reader[HAS_SINE], np.int64(reader[WIDTH]))
 

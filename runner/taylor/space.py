@@ -17,10 +17,11 @@ NEW, WITHIN, RTOL, ATOL = range(4)
 _ROWS = 4
 
 #: Fields beside those of every space. series, polynomial: functions; memory: theirs; where states, inputs, conditions
-#: and what they compare are in it, and the strides from order to order, in bytes; n_sides conditions; the order.
+#: and what they compare are in it, and the strides from order to order, in bytes; n_sides conditions; the order; and
+#: how many inputs have series there.
 SPACE = space_layout(
     "series polynomial memory states_at state_stride inputs_at input_stride compared_at side_stride sides_at n_sides "
-    "highest"
+    "highest series_inputs"
 )
 #: Fields of the course. restart: the next step starts where inputs may jump. turned: conditions that changed sides at
 #: this very time. now: time of the state; start, length: of the last step.
@@ -50,6 +51,7 @@ def space_for(
         stride=8 * places.state_stride,
         n_sides=len(code.table.sides),
         highest=order,
+        series_inputs=min(problem.n_inputs, places.input_stride),
         state_stride=8 * places.state_stride,
         input_stride=8 * places.input_stride,
         side_stride=8 * places.side_stride,

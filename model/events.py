@@ -1,0 +1,68 @@
+"""Events that act: a function of the state crosses zero, and states take other values there, at once."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from sympy import Expr, Symbol
+
+from qddot.model.naming import LONGEST, name_problem
+
+if TYPE_CHECKING:
+    from qddot.model.system import System
+
+
+@dataclass(frozen=True)
+class Event:
+    """`function` crosses zero, rising (direction 1), falling (-1) or either way (0); `then` states take new values.
+
+    function, and the values in `then` (coordinate, velocity or state -> expression), may depend on q, qdot, t, states,
+    parameters, inputs and quantities, all as they are just before. A state that `then` leaves out goes on; a state on
+    constraints is put back on these. name: that of the event in results. Nothing in `then`: the event is located and
+    told, as a step's end; terminal: the run ends there, after it acted.
+    """
+
+    function: Expr
+    name: str
+    meaning: str
+    direction: int = 0
+    then: Mapping[Symbol, Expr] = field(default_factory=dict)
+    terminal: bool = False
+
+
+def problems_of_events(system: "System") -> Iterator[str]:
+    """What is wrong with the events of a model."""
+    movable = {symbol.name for symbol in states_of(system)}
+    seen: set[str] = set()
+    for event in system.events:
+        if not isinstance(event.name, str) or (reason := name_problem(event.name)):
+            told = "is no text" if not isinstance(event.name, str) else reason
+            yield f"event {str(event.name)[:LONGEST]!r} {told}; choose another name"
+            continue
+        place = f"event {event.name}"
+        if event.name in seen:
+            yield f"{place} is there twice"
+        seen.add(event.name)
+        if not isinstance(event.meaning, str) or not event.meaning.strip() or not event.meaning.isprintable():
+            yield f"{place} has no meaning"
+        if isinstance(event.direction, bool) or event.direction not in (-1, 0, 1):
+            yield f"{place} has the direction {event.direction!r}, expected 1 (rising), -1 (falling) or 0 (both)"
+        if not isinstance(event.terminal, bool):
+            yield f"{place} has terminal = {event.terminal!r}, expected True or False"
+        for symbol in event.then:
+            if str(symbol) not in movable:
+                yield f"{place} sets {symbol}, which is no coordinate, velocity or state; only these take a new value"
+
+
+def states_of(system: "System") -> tuple[Symbol, ...]:
+    """All that is integrated, in order: coordinates, velocities, internal states."""
+    coordinates, states = system.coordinates, system.states
+    return (*(c.symbol for c in coordinates), *(c.rate for c in coordinates), *(state.symbol for state in states))
+
+
+def event_expressions(system: "System") -> Iterator[tuple[str, Any]]:
+    """(place, expression) of the functions of events, then of the values that they give, in the order of the kernel."""
+    yield from ((f"event {event.name}", event.function) for event in system.events)
+    for event in system.events:
+        for symbol, value in event.then.items():
+            yield f"event {event.name}: {symbol}", value
