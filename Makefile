@@ -7,7 +7,7 @@ STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto
 BENCH ?=
 
-.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper lint format bench clean
+.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper gallery lint format bench clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -76,6 +76,9 @@ paper: compare identify ## the whole paper: equations, pulse, sections 3 and 4, 
 docs: $(VENV)/docs ## the pages of docs/ and the reference as a site that needs no network: results/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 	@echo "wrote results/site/index.html; to search in it: $(BIN)/mkdocs serve"
+
+gallery: $(VENV)/run ## a page with a figure for each shipped model: docs/gallery/
+	$(BIN)/python docs/gallery.py
 
 bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own: make bench BENCH="--quick batch"
 	$(VENV)-bench/bin/python -m benchmarks $(BENCH)
