@@ -84,6 +84,12 @@ def shipped(file: Path) -> str | None:
     return file.stem if file.parent == _models() and is_model(file) else None
 
 
+def model_file(name: str) -> Path | None:
+    """The file of the model of this name that comes with qddot; None where there is none."""
+    file = _models() / f"{name}.py"
+    return file if name.isidentifier() and is_model(file) else None
+
+
 @cache
 def generator() -> str:
     """The digest of all that makes a module of a model: the generator and what models are written with."""
