@@ -94,10 +94,11 @@ def test_quantities_of_several_units_are_each_scaled_and_say_so():
 
 def test_an_offset_that_would_flatten_a_curve_is_taken_off_and_told():
     panel = panel_of([Line(T, 0.7 + 1e-4 * WAVE, "q", "m", "height")], None)
-    assert panel.axis == "q, µm since the start" and panel.above == "height, from 0.7 m"
+    assert panel.axis == "change of q, µm" and panel.above == "height, from 0.7 m"
     np.testing.assert_allclose(panel.curves[0].values, 100 * WAVE, atol=1e-6)
     apart = [Line(T, level + WAVE, f"F_{level}", "N") for level in (0.0, 40.0)]
-    assert panel_of(apart, None).axis == "force, N since the start"
+    found = panel_of(apart, None)
+    assert (found.axis, found.above) == ("change of force, N", "since the start")
     assert panel_of(apart, ()).axis == "force, N"  # unless somebody chose
     assert panel_of([Line(T, 3.0 + WAVE, "q", "m")], None).axis == "q, m"
 
@@ -149,7 +150,7 @@ def test_titles_are_wrapped_and_dollars_are_dollars(tmp_path):
 
 def test_a_solution_plots_what_it_is_asked_for(run):
     figure = run.plot("z_s", ("z_s", "z_u"), from_start=["z_s"])
-    assert [axis.get_ylabel() for axis in figure.axes] == ["z_s, mm since the start", "displacement, mm"]
+    assert [axis.get_ylabel() for axis in figure.axes] == ["change of z_s, mm", "displacement, mm"]
     line = figure.axes[0].lines[0]
     np.testing.assert_allclose(line.get_ydata(), 1e3 * (run.closely["z_s"] - run["z_s"][0]))
     assert figure._repr_png_().startswith(b"\x89PNG")

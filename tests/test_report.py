@@ -4,44 +4,16 @@ import json
 import re
 import subprocess
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from browsing import BROWSER, WORKED, Reader, browsed, measured
 
 from qddot.paper.command import PAPER
 from qddot.paper.report import report
-from qddot.report import Section, browser, print_page, table, write_page
+from qddot.report import Section, print_page, table, write_page
 
 ROOT = Path(__file__).parent.parent
-BROWSER = browser()
-WORKED = 'data-ready="yes"'
-
-
-class Reader(HTMLParser):
-    """Collects ids, links, what would be fetched, and whether elements are closed in order."""
-
-    VOID = frozenset(("meta", "link", "img", "input", "br", "hr", "wbr", "path", "circle"))
-
-    def __init__(self):
-        super().__init__(convert_charrefs=True)
-        self.ids, self.links, self.fetched, self.open, self.crossed = [], [], [], [], []
-
-    def handle_starttag(self, tag, attrs):
-        found = dict(attrs)
-        self.ids += [found["id"]] if "id" in found else []
-        self.links += [found["href"]] if tag == "a" else []
-        self.fetched += [found["src"]] if "src" in found else []
-        self.fetched += [found["href"]] if tag == "link" else []
-        self.open += [] if tag in self.VOID else [tag]
-
-    def handle_startendtag(self, tag, attrs):
-        self.handle_starttag(tag, attrs)
-        self.open = self.open[:-1] if tag not in self.VOID else self.open
-
-    def handle_endtag(self, tag):
-        if tag not in self.VOID and (not self.open or self.open.pop() != tag):
-            self.crossed.append(tag)
 
 
 @pytest.fixture(scope="module")
@@ -63,24 +35,6 @@ def page(tmp_path_factory):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     return folder / "report.html"
-
-
-def browsed(page, place, *options):
-    """The document after five seconds in a browser, and what it said on its console."""
-    if BROWSER is None:
-        pytest.skip("no Chromium here")
-    command = [
-        BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--enable-logging=stderr",
-        "--dump-dom",
-        *options,
-    ]
-    command += ["--virtual-time-budget=5000", f"file://{page}{place}"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
 
 
 def placed(document, part):
@@ -139,12 +93,9 @@ def test_in_a_browser_the_vehicle_moves(page):
 
 
 def test_on_a_phone_and_in_the_dark_nothing_is_wider_than_the_screen(page, tmp_path):
-    text = page.read_text()
-    check = "document.documentElement.dataset.wide = document.documentElement.scrollWidth > innerWidth;"
-    (tmp_path / "checked.html").write_text(text.replace('.dataset.ready = "yes";', f'.dataset.ready = "yes";{check}'))
     for options in (("--window-size=500,900",), ("--window-size=500,900", "--blink-settings=preferredColorScheme=0")):
-        document, console = browsed(tmp_path / "checked.html", "", *options)
-        assert 'data-wide="false"' in document
+        wide, console = measured(page, tmp_path / "checked.html", *options)
+        assert not wide
         assert not console
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: Inches: width, a panel's height, between panels, above the first and below the last of them, and a line of text.
 _WIDTH, _PANEL, _GAP, _TOP, _BELOW, _LINE = 8.0, 1.45, 0.36, 0.36, 0.52, 0.17
 #: Where panels begin and end across, and the letters of a line of the title, of a note, and at a vertical axis.
-_LEFT, _RIGHT, _TITLE, _NOTE, _AXIS = 0.125, 0.97, 88, 118, 24
+_LEFT, _RIGHT, _TITLE, _NOTE, _AXIS = 0.125, 0.97, 88, 118, 20
 #: Letters in a row of a legend, of which an entry takes some for its line.
 _ROW, _HANDLE = 100, 7
 

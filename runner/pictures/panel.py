@@ -147,15 +147,17 @@ def _shared(meanings: Sequence[str]) -> str:
 
 def _told(lines: Sequence[Line], units: list[str], changing: set[str], above: str) -> tuple[str, str]:
     """What stands at the vertical axis, and above."""
-    since = " since the start" if changing and len(changing) == len({line.name for line in lines}) else ""
-    if len({line.name for line in lines}) > 1:
-        what = KINDS.get(lines[0].unit, "") if len(units) == 1 else ""
-        partly = f"{', '.join(sorted(changing))}: change since the start" if changing and not since else ""
-        text = named(what, units[0]) if what else ", ".join(filter(None, units))
-        return f"{text}{since}", "; ".join(filter(None, (above, partly)))
+    names = {line.name for line in lines}
+    change = "change of " if changing == names else ""
+    if len(names) > 1:
+        what = KINDS.get(lines[0].unit, "values") if len(units) == 1 and (change or lines[0].unit in KINDS) else ""
+        partly = f"{', '.join(sorted(changing))}: change since the start" if changing and not change else ""
+        text = named(change + what, units[0]) if what else ", ".join(filter(None, units))
+        return text, "; ".join(filter(None, (above, "since the start" if change else partly)))
     line = lines[0]
-    name = named(line.name, units[0])
-    started = f", from {line.values[0]:.5g} {legible(line.unit)}".rstrip() if since and len(lines) == 1 else ""
-    meaning = line.meaning if line.meaning and line.meaning != line.name else ""
-    told = above or meaning or (line.name if started else "")
-    return f"{name}{since}", f"{told}{started}" + (f": {line.said}" if line.said and len(lines) == 1 else "")
+    told = above or (line.meaning if line.meaning != line.name else "")
+    if change and len(lines) == 1:
+        told = f"{told or line.name}, from {line.values[0]:.5g} {legible(line.unit)}".rstrip().replace(" -", " −")
+    elif change:
+        told = f"{told or line.name}, since the start"
+    return named(change + line.name, units[0]), told + (f": {line.said}" if line.said and len(lines) == 1 else "")

@@ -28,6 +28,8 @@ KINDS = {
     "J": "energy",
     "W": "power",
     "Pa": "pressure",
+    "V": "voltage",
+    "A": "current",
 }
 
 

@@ -1,0 +1,63 @@
+"""Pages looked at: read by their tags, and in a browser where there is one."""
+
+import subprocess
+from html.parser import HTMLParser
+
+import pytest
+
+from qddot.report import browser
+
+BROWSER = browser()
+WORKED = 'data-ready="yes"'
+
+
+class Reader(HTMLParser):
+    """Collects ids, links, what would be fetched, and whether elements are closed in order."""
+
+    VOID = frozenset(("meta", "link", "img", "input", "br", "hr", "wbr", "path", "circle"))
+
+    def __init__(self):
+        super().__init__(convert_charrefs=True)
+        self.ids, self.links, self.fetched, self.open, self.crossed = [], [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.ids += [found["id"]] if "id" in found else []
+        self.links += [found["href"]] if tag == "a" else []
+        self.fetched += [found["src"]] if "src" in found else []
+        self.fetched += [found["href"]] if tag == "link" else []
+        self.open += [] if tag in self.VOID else [tag]
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        self.open = self.open[:-1] if tag not in self.VOID else self.open
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID and (not self.open or self.open.pop() != tag):
+            self.crossed.append(tag)
+
+
+def browsed(page, place, *options):
+    """The document after five seconds in a browser, and what it said on its console."""
+    if BROWSER is None:
+        pytest.skip("no Chromium here")
+    command = [
+        BROWSER,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--enable-logging=stderr",
+        "--dump-dom",
+        *options,
+    ]
+    command += ["--virtual-time-budget=5000", f"file://{page}{place}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def measured(page, into, *options):
+    """Whether a page is wider than its screen, and what it said on its console; a copy that measures goes to `into`."""
+    check = "document.documentElement.dataset.wide = document.documentElement.scrollWidth > innerWidth;"
+    into.write_text(page.read_text().replace('.dataset.ready = "yes";', f'.dataset.ready = "yes";{check}'))
+    document, console = browsed(into, "", *options)
+    return 'data-wide="false"' not in document, console
