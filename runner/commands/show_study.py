@@ -8,8 +8,10 @@ from rich.table import Table
 
 from qddot.runner.inputs.iso8608 import SHORTEST, road_class
 from qddot.runner.inputs.signal import START, Signal
+from qddot.runner.pictures.panel import Line, panel_of
+from qddot.runner.pictures.picture import Picture
 from qddot.runner.pictures.points import points
-from qddot.runner.report.input_curves import Line, Sheet, integral, over_distance, over_time, spectrum
+from qddot.runner.report.input_curves import Spectrum, integral, over_distance, over_time, spectrum
 from qddot.runner.report.tables import plain_table
 from qddot.runner.study.amounts import Amounts
 from qddot.runner.study.arguments import study_parameters
@@ -42,16 +44,17 @@ def show_study(path: Path, into: Path) -> int:
     for line in told(study.integration):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     console.print(_table(signals, {name: channels[name].unit for name in signals}, span))
-    sheets = over_time(signals, channels, span)
+    pictures, found = [over_time(signals, channels, span)], None
     if study.road is not None:
         places = road_positions(study.road, model, p, amounts)
         road = road_profile(study.road, amounts)
         reach = road_reach(study.road, places, span, amounts)
         console.print(_described(study.road, reach, amounts), highlight=False, soft_wrap=True)
-        sheets += _road_sheets(study.road, road, reach, span, amounts)
+        pictures += _road_pictures(study.road, road, reach, span, amounts)
+        found = _road_spectrum(study.road, road, amounts)
     from qddot.runner.report.input_figures import draw_inputs  # noqa: PLC0415 - matplotlib is slow to import
 
-    picture = draw_inputs(study.title or path.stem, sheets, into / f"{path.stem}_inputs.png")
+    picture = draw_inputs(study.title or path.stem, pictures, found, into / f"{path.stem}_inputs.png")
     console.print(f"wrote {picture}", highlight=False, soft_wrap=True)
     return 0
 
@@ -75,20 +78,21 @@ def _described(spec: Any, reach: tuple[float, float], amounts: Amounts) -> str:
     return f"{said}; Gd(n0) = {value:.4g} m^3, class {road_class(value)}"
 
 
-def _road_sheets(
+def _road_pictures(
     spec: Any, road: Signal, reach: tuple[float, float], span: tuple[float, float], amounts: Amounts
-) -> list[Sheet]:
-    """A speed that varies, the road over distance, and the spectrum of a random or a measured one."""
-    speed = road_speed(spec, amounts)
-    sheets = []
+) -> list[Picture]:
+    """A speed that varies, and the road over distance."""
+    speed, found = road_speed(spec, amounts), []
     if isinstance(speed, Signal):
-        sheets.append(Sheet((Line(*points(speed, speed.breakpoints, span), "speed"),), "t, s", "m/s"))
-    if reach[0] < reach[1]:
-        sheets.append(over_distance(road, reach))
-    found = None
+        found.append(Picture("", (panel_of([Line(*points(speed, speed.breakpoints, span), "speed", "m/s")]),)))
+    return [*found, over_distance(road, reach)] if reach[0] < reach[1] else found
+
+
+def _road_spectrum(spec: Any, road: Signal, amounts: Amounts) -> Spectrum | None:
+    """The spectrum of a random or a measured road."""
     if spec.kind == "iso8608":
         sizes = {"shortest": SHORTEST} | amounts.given("road", spec, {"fade": "m", "length": "m", "shortest": "m"})
-        found = spectrum(road, (sizes["fade"], sizes["length"]), 1 / sizes["shortest"])
-    elif spec.kind == "profile":
-        found = spectrum(road, (road.pieces[1, START], road.pieces[-1, START]), 1 / SHORTEST)
-    return [*sheets, *([found] if found is not None else [])]
+        return spectrum(road, (sizes["fade"], sizes["length"]), 1 / sizes["shortest"])
+    if spec.kind == "profile":
+        return spectrum(road, (road.pieces[1, START], road.pieces[-1, START]), 1 / SHORTEST)
+    return None

@@ -50,7 +50,7 @@ def drawn(picture: "Picture") -> Drawn:
     )
     axes = list(figure.subplots(count, sharex=True, squeeze=False)[:, 0]) if count else []
     for axis, panel in zip(axes, picture.panels, strict=True):
-        _draw(axis, panel)
+        draw_panel(axis, panel)
     if count:
         axes[-1].set_xlabel(plain(picture.x))
         figure.align_ylabels(axes)
@@ -69,7 +69,8 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def _draw(axis: Axes, panel: "Panel") -> None:
+def draw_panel(axis: Axes, panel: "Panel") -> None:
+    """Draw the curves of a panel, with what stands beside and above it."""
     for curve in panel.curves:
         colour = COLOURS[curve.colour % len(COLOURS)]
         style = "--" if curve.dashed else "-"

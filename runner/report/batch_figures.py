@@ -14,6 +14,7 @@ from qddot.runner.checks import unknown
 from qddot.runner.pictures.figures import panels, save
 from qddot.runner.pictures.picture import COLOURS
 from qddot.runner.pictures.scales import legible, named
+from qddot.words import counted
 
 #: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
 MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7
@@ -146,6 +147,7 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
     columns = min(2, len(metrics))
     rows = -(-len(metrics) // columns)
     figure = Figure(figsize=(4.6 * columns + 0.4, 3.7 * rows + 0.5), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.08, wspace=0.04)  # type: ignore[union-attr, call-arg]
     maps = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel in maps[len(metrics) :]:
         panel.remove()
@@ -153,13 +155,23 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
     for panel, name in zip(maps, metrics, strict=False):
         drawn = _map(panel, x, y, results.column(name))
         figure.colorbar(drawn, ax=panel, label=_label(results, name))
-        for best in results.best_first(name)[:1]:
-            panel.plot(x[best], y[best], "*", color="white", markeredgecolor="black", markersize=12, label="best")
+        best = _best(results, name)
+        if len(best) == 1:
+            panel.plot(x[best], y[best], "*", color="white", markeredgecolor="black", markersize=12, label="★ best")
+        elif len(best):
+            panel.set_title(f"best: {counted(len(best), 'run')} alike", fontsize="small", loc="left")
         panel.set(xlabel=_label(results, axes[0]), ylabel=_label(results, axes[1]))
         panel.set(xscale=_scale(results, axes[0]), yscale=_scale(results, axes[1]))
         _legend(panel)
     figure.suptitle(results.heading, fontsize="medium")
     return figure
+
+
+def _best(results: Results, name: str) -> NDArray[np.int64]:
+    """The runs whose value of a metric is the best, to rounding."""
+    order = results.best_first(name)
+    values = results.column(name)[order]
+    return order[np.isclose(values, values[:1], rtol=1e-9, atol=0.0)] if len(order) else order
 
 
 def _map(panel: Any, x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> Any:
@@ -199,6 +211,11 @@ def _trajectories(results: Results, runs: Sequence[int]) -> Figure:
 
 
 def _legend(panel: Any) -> None:
-    entries = len(panel.get_legend_handles_labels()[1])
+    """A legend of several entries; of a single one what it says that the axis does not."""
+    labels = panel.get_legend_handles_labels()[1]
+    if len(labels) == 1 and not panel.get_ylabel().startswith(labels[0]):
+        panel.set_title(labels[0], fontsize="small", loc="left")
+    if len(labels) < 2:
+        return
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
-    panel.legend(**above, fontsize="small", frameon=False, ncols=min(2, entries) if entries else 1)
+    panel.legend(**above, fontsize="small", frameon=False, ncols=2)

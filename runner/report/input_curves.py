@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from qddot.runner.inputs.iso8608 import CLASSES, octave_bands, power_spectral_density
 from qddot.runner.inputs.signal import Signal
+from qddot.runner.pictures.panel import Line, panel_of
+from qddot.runner.pictures.picture import Picture
 from qddot.runner.pictures.points import points
-from qddot.runner.pictures.scales import legible
 from qddot.runner.tables import Channel
 
 Vector = NDArray[np.float64]
@@ -19,8 +20,8 @@ SHORT_ROAD = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
-    """A curve (x, y), its name (none: no entry in the legend) and how it is drawn."""
+class Drawn:
+    """A curve (x, y) of a spectrum, its name (none: no entry in the legend) and how it is drawn."""
 
     x: Vector
     y: Vector
@@ -30,36 +31,37 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
-    """One panel: its lines and the names of its axes; logarithmic: both axes, with notes (x, y, text) beside lines."""
+class Spectrum:
+    """The curves of a spectrum in m³ over cycles/m, and the names of classes (x, y, text) beside them."""
 
-    lines: tuple[Line, ...]
-    x_label: str
-    y_label: str
-    logarithmic: bool = False
-    notes: tuple[tuple[float, float, str], ...] = ()
+    lines: tuple[Drawn, ...]
+    notes: tuple[tuple[float, float, str], ...]
 
 
-def over_time(signals: Mapping[str, Signal], channels: Mapping[str, Channel], span: tuple[float, float]) -> list[Sheet]:
-    """The inputs over the span of the run, one panel a unit."""
-    units = dict.fromkeys(channels[name].unit for name in signals)
-    sheets = []
-    for unit in units:
-        names = [name for name in signals if channels[name].unit == unit]
-        lines = tuple(
-            Line(*points(signals[name], signals[name].breakpoint_times(), span), channels[name].meaning)
-            for name in names
-        )
-        sheets.append(Sheet(lines, "t, s", legible(unit)))
-    return sheets
+def over_time(
+    signals: Mapping[str, Signal], channels: Mapping[str, Channel], span: tuple[float, float], title: str = ""
+) -> Picture:
+    """The inputs over a time that has a length, s, one panel a unit; those of one size raised apart."""
+    still: list[str] = []
+    groups: dict[str, list[Line]] = {}
+    for name, signal in signals.items():
+        t, values = points(signal, signal.breakpoint_times(), span)
+        if values.any():
+            line = Line(t, values, name, channels[name].unit, channels[name].meaning)
+            groups.setdefault(line.unit, []).append(line)
+        else:
+            still.append(name)
+    notes = (f"0 throughout, not drawn: {', '.join(still)}",) if still else ()
+    return Picture(title, tuple(panel_of(lines, (), apart=True) for lines in groups.values()), notes=notes)
 
 
-def over_distance(road: Signal, reach: tuple[float, float]) -> Sheet:
+def over_distance(road: Signal, reach: tuple[float, float]) -> Picture:
     """The road between two distances, m."""
-    return Sheet((Line(*points(road, road.breakpoints, reach), "road"),), "distance, m", "m")
+    line = Line(*points(road, road.breakpoints, reach), "road", "m")
+    return Picture("", (panel_of([line]),), x="distance, m")
 
 
-def spectrum(road: Signal, reach: tuple[float, float], highest: float) -> Sheet | None:
+def spectrum(road: Signal, reach: tuple[float, float], highest: float) -> Spectrum | None:
     """The PSD of the road up to `highest` cycles/m and the limits of the ISO 8608 classes; none for a short road."""
     begin, end = reach
     if end - begin < SHORT_ROAD:
@@ -71,11 +73,11 @@ def spectrum(road: Signal, reach: tuple[float, float], highest: float) -> Sheet 
     frequencies, psd = frequencies[shown], psd[shown]
     ends = np.array([frequencies[0], frequencies[-1]])
     limits = [2 * value for value in CLASSES.values()][:-1]
-    lines = [Line(ends, limit * (ends / 0.1) ** -2.0, style=":", colour="0.6") for limit in limits]
+    lines = [Drawn(ends, limit * (ends / 0.1) ** -2.0, style=":", colour="0.6") for limit in limits]
     notes = tuple((ends[0], value * (ends[0] / 0.1) ** -2.0, name) for name, value in CLASSES.items())
-    lines.append(Line(frequencies, psd, "displacement PSD (Welch)"))
-    lines.append(Line(*octave_bands(frequencies, psd), "octave bands", "o"))
-    return Sheet(tuple(lines), "spatial frequency, cycles/m", "PSD, m³", True, notes)
+    lines.append(Drawn(frequencies, psd, "displacement PSD (Welch)"))
+    lines.append(Drawn(*octave_bands(frequencies, psd), "octave bands", "o"))
+    return Spectrum(tuple(lines), notes)
 
 
 def integral(signal: Signal, x: Vector) -> float:

@@ -6,18 +6,14 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from qddot.runner.equilibrium import EquilibriumError, equilibrium
-from qddot.runner.inputs.signal import Signal
 from qddot.runner.modes import ModesError, described, modes, taking_part
 from qddot.runner.options import TABLE
 from qddot.runner.pictures.arrange import run_picture
-from qddot.runner.pictures.panel import Line, panel_of
 from qddot.runner.pictures.picture import Picture
-from qddot.runner.pictures.points import points
 from qddot.runner.pictures.scales import legible
 from qddot.runner.report import energy
+from qddot.runner.report.input_curves import over_time
 from qddot.runner.report.interactive import section
 from qddot.runner.report.page import Section, table, write_page
 from qddot.runner.report.tables import not_finite, statistics, summary_rows
@@ -50,8 +46,9 @@ def study_page(study: Study, solution: Solution, equations: str, row: int | None
     page.sections.append(Section("The run", _about(study, solution, row)))
     if study.model.tables.parameters:
         page.sections.append(Section("Parameters", _parameters(study)))
-    if study.inputs:
-        page.show("Inputs", inputs_picture(study.inputs, study, solution))
+    if study.inputs and len(solution.t) > 1:
+        channels = {channel.name: channel for channel in study.model.tables.inputs}
+        page.show("Inputs", over_time(study.inputs, channels, (float(solution.t.min()), float(solution.t.max()))))
     figure = study.tables.figure
     shown = run_picture(solution.closely, _without_inputs(study, solution), "", figure.panels, figure.from_start)
     page.show("Results", shown, after=_extremes(solution))
@@ -115,23 +112,6 @@ def _parameters(study: Study) -> str:
 def _unit(unit: str) -> str:
     """A unit that is not broken across lines."""
     return legible(unit).replace(" ", "\u202f")
-
-
-def inputs_picture(inputs: Mapping[str, Signal], study: Study, solution: Solution) -> Picture:
-    """The signals over the time that the run took, a panel for each unit."""
-    channels = {channel.name: channel for channel in study.model.tables.inputs}
-    reach = (float(solution.t.min()), float(solution.t.max()))
-    still: list[str] = []
-    groups: dict[str, list[Line]] = {}
-    for name, signal in inputs.items():
-        t, values = points(signal, signal.breakpoint_times(), reach) if reach[0] < reach[1] else (reach[:1], [0.0])
-        if not np.any(values):
-            still.append(name)
-            continue
-        line = Line(np.asarray(t), np.asarray(values), name, channels[name].unit, channels[name].meaning)
-        groups.setdefault(line.unit, []).append(line)
-    notes = (f"0 throughout, not drawn: {', '.join(still)}",) if still else ()
-    return Picture("Inputs", tuple(panel_of(lines, (), apart=True) for lines in groups.values()), notes=notes)
 
 
 def _without_inputs(study: Study, solution: Solution) -> Mapping[str, Sequence[str]]:
