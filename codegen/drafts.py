@@ -89,7 +89,7 @@ class Drafts:
     def linear(self) -> bool:
         """Whether dx = A x + B u + b with A, B and b constant during a run."""
         equations = self._equations
-        if not self._fixed_mass:
+        if not self._fixed_mass or self._switched:
             return False
         (steps, entries), (input_steps, input_entries) = self._state_slopes, self._input_slopes
         nothing = dict.fromkeys((*equations.state, *equations.channels), se.Integer(0))
@@ -100,6 +100,13 @@ class Drafts:
         known = set(equations.parameters) | {symbol for symbol, _ in temporaries}
         values = (*entries.values(), *input_entries.values(), *rest, *(e for _, e in (*steps, *input_steps)))
         return all(value.free_symbols <= known for value in values)
+
+    @property
+    def _switched(self) -> bool:
+        """Whether conditions in time change the equations of motion."""
+        equations = self._equations
+        held = (*equations.forces, *equations.state_rates)
+        return any(equations.definitions.base_symbols(each) & equations.switches.functions.keys() for each in held)
 
     @cached_property
     def _moving(self) -> tuple[Assignment, ...]:
@@ -171,6 +178,12 @@ class Drafts:
 
     def _values(self, values: Iterable[Any]) -> Draft:
         return Draft((*self._moving, *self._solution), vector_writes("values", values))
+
+
+def switching(equations: Equations) -> Draft:
+    """What changes sign at the conditions in time, its slope and how it bends: see `Switches.rows`."""
+    values = [value for row in equations.switches.rows() for value in row]
+    return Draft(tuple(equations.switches.definitions.expressions.items()), vector_writes("values", values))
 
 
 def _sparse(values: Iterable[Any]) -> dict[int, Any]:

@@ -14,7 +14,9 @@ from qddot.codegen.calculus import Definitions, Vector, by, dot
 from qddot.codegen.constrained import Constraints, derive_constraints
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.motion import Motion
-from qddot.model.contents import accelerations, as_prescribed
+from qddot.codegen.rewrite import Names
+from qddot.codegen.switches import Switches
+from qddot.model.contents import accelerations, as_prescribed, declared
 from qddot.model.definitions import as_expression
 from qddot.model.events import event_expressions
 from qddot.model.system import ModelError, System
@@ -29,8 +31,9 @@ class Equations:
     (dPhi/dqdot), applied (Q); forces f = applied - dissipative - conservative - gyroscopic.
     states: the internal ones; state_rates: the names of their derivatives, which are among the definitions.
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
-    positions: name of an input that has a position -> its position. constraints: what they say; M qddot + G' lambda = f
-    where there are any. events: their functions, then the values that they give to states.
+    switches: the conditions in time, by their sides. positions: name of an input that has a position -> its position.
+    constraints: what they say; M qddot + G' lambda = f where there are any. events: their functions, then the values
+    that they give to states.
     """
 
     system: System
@@ -45,6 +48,7 @@ class Equations:
     inputs: Vector
     rates: Vector
     second_rates: Vector
+    switches: Switches
     kinetic: Any
     potential: Any
     dissipation: Any
@@ -68,8 +72,8 @@ class Equations:
 
     @property
     def channels(self) -> Vector:
-        """All that is given from outside: inputs, their rates, and the accelerations of prescribed motions."""
-        return (*self.inputs, *self.rates, *self.second_rates)
+        """All that is given from outside: inputs, sides of conditions in time, rates, prescribed accelerations."""
+        return (*self.inputs, *self.switches.functions, *self.rates, *self.second_rates)
 
     @property
     def state(self) -> Vector:
@@ -113,12 +117,16 @@ def derive(system: System) -> Equations:
     q = tuple(symbol(coordinate.symbol) for coordinate in system.coordinates)
     v = tuple(symbol(coordinate.rate) for coordinate in system.coordinates)
     degrees = {table.name: table.pieces.degree for table in system.tables}
-    definitions = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()}, degrees)
-    kinetic = convert(system.kinetic_energy)
-    potential = convert(system.potential_energy)
-    dissipation = convert(system.dissipation)
-    applied = tuple(convert(system.force(c)) for c in system.coordinates)
+    declared_ones = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()}, degrees)
     time, inputs = symbol("t"), tuple(symbol(channel.symbol) for channel in system.inputs)
+    fixed = frozenset(symbol(p.symbol) for p in system.parameters)
+    switches = Switches(declared_ones, time, fixed, Names(each for _, each in declared(system)))
+    definitions = Definitions({s: switches(e) for s, e in declared_ones.expressions.items()}, degrees)
+    kinetic = switches(convert(system.kinetic_energy))
+    potential = switches(convert(system.potential_energy))
+    dissipation = switches(convert(system.dissipation))
+    applied = tuple(switches(convert(system.force(c))) for c in system.coordinates)
+    outputs = tuple(switches(convert(o.expression)) for o in system.output_expressions)
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
     second = {symbol(u.rate): symbol(each) for u in system.inputs for each in accelerations(u)}
     _refuse_rates(system, definitions, kinetic, potential, second)
@@ -145,6 +153,7 @@ def derive(system: System) -> Equations:
         inputs=inputs,
         rates=rates,
         second_rates=tuple(second.values()),
+        switches=switches,
         kinetic=kinetic,
         potential=potential,
         dissipation=dissipation,
@@ -156,7 +165,7 @@ def derive(system: System) -> Equations:
         dissipated_power=dot(v, dissipative),
         input_power=motion.input_power(kinetic, potential, rest, applied, system)
         + dot(constraints.multipliers, constraints.driving),
-        outputs=tuple(convert(o.expression) for o in system.output_expressions),
+        outputs=outputs,
         positions=_positions(system),
         constraints=constraints,
         events=tuple(convert(as_expression(value)) for _, value in event_expressions(system)),

@@ -6,7 +6,7 @@ from typing import Any
 
 from qddot.codegen.constants import hoist
 from qddot.codegen.constrained_drafts import COLUMNS, ConstrainedDrafts, refuse_size, solving_names
-from qddot.codegen.drafts import Draft, Drafts, vector_writes
+from qddot.codegen.drafts import Draft, Drafts, switching, vector_writes
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.ranges import kind
@@ -23,7 +23,7 @@ from qddot.model.system import ModelError
 class Program:
     """All kernels of a model, and where their symbols stand.
 
-    channels: inputs and then the rates in use; a step reads the first rhs_channels of them.
+    channels: inputs, sides of conditions in time, then the rates in use; a step reads the first rhs_channels of them.
     constants: symbols of c in order, all parameters first. slots: symbol -> the argument entry it is read from.
     linear: affine in x and u. Kernels of matrices write the entries matrix[row, column] that are not zero, sorted: see
     `pattern`.
@@ -65,6 +65,8 @@ def lower(equations: Equations) -> Program:
     rhs = lowering.rhs()
     balance = lowering.balance()
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
+    if equations.switches.functions:
+        others["switching"] = lowering.finish(switching(equations))
     program = _laid_out(equations, {"rhs": rhs, **balance, **others}, lowering.assignments, lowering.drafts.linear)
     if not equations.positions:
         return program
@@ -161,7 +163,8 @@ def _laid_out(
     steps = ("rhs", "jacobian", "input_jacobian", "constraints", "tangent", "events")
     hot = frozenset().union(*(kernels[name].used for name in steps if name in kernels))
     rates = [rate for rate in (*equations.rates, *equations.second_rates) if rate in used]
-    channels = (*equations.inputs, *sorted(rates, key=lambda rate: rate not in hot))
+    sides = equations.switches.functions
+    channels = (*equations.inputs, *sides, *sorted(rates, key=lambda rate: rate not in hot))
     slots = {equations.time: Slot("t", ())}
     for argument, symbols in (("state", equations.state), ("inputs", channels), ("constants", constants)):
         slots |= {symbol: Slot(argument, (index,)) for index, symbol in enumerate(symbols)}

@@ -45,6 +45,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             state=compressed(_state_table(program)),
             inputs=compressed(_input_table(program)),
             rhs_inputs=program.rhs_channels,
+            switched=bool(equations.switches.functions),
             positions=compressed(list(equations.positions)),
             outputs=compressed([(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions]),
             parameters=compressed(
@@ -90,6 +91,9 @@ def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
         rows[str(u.rate)] = (str(u.rate), str(u.symbol), 1, f"{u.unit}/s", f"rate of change of: {u.meaning}")
         for each in map(str, accelerations(u)):
             rows[each] = (each, str(u.symbol), 2, f"{u.unit}/s^2", f"acceleration of: {u.meaning}")
+    printer = Printer(rank(program, program.kernels["rhs"]))
+    for side, changing in program.equations.switches.functions.items():
+        rows[str(side)] = (str(side), "t", 0, "1", f"1 where {printer(changing)} > 0, else 0")
     return [rows[str(channel)] for channel in program.channels]
 
 

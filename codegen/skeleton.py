@@ -44,6 +44,10 @@ HEADS = {
         ("t", "state", "inputs", "constants", "values"),
         "Derivative by the state of the residuals of positions, then of velocities, at the places in TANGENT.",
     ),
+    "switching": (
+        ("t", "constants", "values"),
+        "What changes sign at each condition in t, its slope, how it bends: 0 not, -1 or the squares of frequencies.",
+    ),
     "positions": (("parameters", "values"), "Positions of the inputs in POSITION, m ahead of the model's origin."),
 }
 
@@ -108,7 +112,7 @@ def taken() -> frozenset[str]:
 def _bare_module() -> str:
     """The template without a model's lines."""
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
-    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False}
+    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
     tables = dict.fromkeys((*rows, "constraints", "solving", "events"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": dict.fromkeys(MATRICES, ())}

@@ -2,10 +2,12 @@
 
 from typing import Any
 
-from sympy import ITE, Abs, And, Expr, Heaviside, Max, Min, Not, Or, Piecewise, Rational, sign, true
+from sympy import ITE, Abs, And, Basic, Expr, Heaviside, Max, Min, Not, Or, Piecewise, Rational, false, oo, sign, true
+from sympy.core.relational import GreaterThan, LessThan, StrictGreaterThan, StrictLessThan
 
 #: Functions that are written as cases.
 KINKED = (Abs, sign, Max, Min, Heaviside)
+_INEQUALITIES = (GreaterThan, LessThan, StrictGreaterThan, StrictLessThan)
 
 
 def cases(expression: Any) -> Any:
@@ -15,7 +17,23 @@ def cases(expression: Any) -> Any:
     """
     if not isinstance(expression, Expr) or not expression.has(Piecewise, *KINKED):
         return expression
+    expression = unbounded(expression)
     return expression.replace(lambda node: isinstance(node, KINKED), _cases).replace(ITE, _junctions)
+
+
+def unbounded(expression: Any) -> Any:
+    """The same expression without comparisons with infinity, as Interval(0, oo).contains(x) has them: all are known."""
+    if not isinstance(expression, Basic) or not expression.has(oo, -oo):
+        return expression
+    return expression.replace(lambda node: isinstance(node, _INEQUALITIES) and _known(node) is not None, _known)
+
+
+def _known(node: Any) -> Any:
+    """Whether a comparison with infinity holds; None for another."""
+    small, large = node.lts, node.gts
+    if oo in (small, large):
+        return true if large == oo else false
+    return (true if small == -oo else false) if -oo in (small, large) else None
 
 
 def _cases(node: Any) -> Expr:

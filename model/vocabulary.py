@@ -14,7 +14,7 @@ from sympy.core.relational import Equality, GreaterThan, LessThan, StrictGreater
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
-from qddot.model.kinks import KINKED
+from qddot.model.kinks import KINKED, unbounded
 from qddot.model.naming import t
 from qddot.model.table import Value
 
@@ -59,6 +59,7 @@ def refusals(expression: Any) -> Iterator[str]:
     """For each kind of node that an expression must not hold: the term, why, and what to write instead."""
     if not isinstance(expression, Basic):
         return
+    expression = unbounded(expression)
     told: set[str] = set()
     seen: set[Basic] = set()
     waiting = [(expression, expression)]

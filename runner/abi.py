@@ -16,6 +16,9 @@ these once per run. Every kernel writes all of its last argument and allocates n
                                     of M, below it G, and beside that the residuals of positions and of velocities
     tangent(t, x, u, c, v)          v: entries of the derivative by x of the residuals of positions, and then of those
                                     of velocities (m_positions + m, n_states)
+    switching(t, c, v)              v (n, 3) of the conditions in t and parameters alone, rows of INPUT whose input is
+                                    "t": what changes sign there, its slope in t, and how it bends: 0 not, -1 or the sum
+                                    of the squares of the angular frequencies in it
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
 
 A matrix is written as a dense run of its entries, row by row; the module says once where they stand, in a table of the
@@ -26,9 +29,10 @@ The text of `rhs` is compiled in several forms: for arrays, as above; for the st
 LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
 (`lanes.kernel`). Kernels therefore read and write their arguments item by item.
 
-u is the place of all that is given from outside while a step lasts. What is constant between two stops, such as whether
-a switching function is free or held on a side, stands best behind the rates, u = [inputs, first rates, second rates,
-modes], set by the frame at a located crossing: all forms of a kernel, lanes included, have it then without another
+u is the place of all that is given from outside while a step lasts: inputs; for each condition in t and parameters
+alone its side, 1 where its switching function is positive, else 0, a signal that steps where `runner.switching` finds
+its roots; first rates; second rates. What a located crossing of the state would set, whether a switching function is
+free or held on a side, stands best behind these: all forms of a kernel, lanes included, have it then without another
 signature.
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
@@ -55,6 +59,7 @@ SIGNATURES = {
     "events": VECTOR_KERNEL,
     "constraints": VECTOR_KERNEL,
     "tangent": VECTOR_KERNEL,
+    "switching": types.void(SCALAR, VECTOR, VECTOR),
     "positions": types.void(VECTOR, VECTOR),
 }
 #: Kernels that write the entries of a matrix; the last two of models with constraints alone.

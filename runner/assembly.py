@@ -16,6 +16,7 @@ from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
+from qddot.runner.switching import sides
 
 Vector = NDArray[np.float64]
 Values = Mapping[str, float] | ArrayLike
@@ -53,7 +54,8 @@ def assemble(
     """
     model, t0 = as_model(model), finite("t0", t0)
     c = model.constants(model.parameter_values(parameters))
-    return assembled(model, c, bind(model.tables, inputs), t0, {} if initial is None else initial, guess)
+    table = bind(model.tables, inputs, sides(model, c, t0, t0))
+    return assembled(model, c, table, t0, {} if initial is None else initial, guess)
 
 
 def assembled(

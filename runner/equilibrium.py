@@ -18,6 +18,7 @@ from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
+from qddot.runner.switching import sides
 
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -64,7 +65,7 @@ def equilibrium(
     """
     model, t0 = as_model(model), finite("t0", t0)
     c = model.constants(model.parameter_values(parameters))
-    return rest(model, c, bind(model.tables, inputs), t0, guess)
+    return rest(model, c, bind(model.tables, inputs, sides(model, c, t0, t0)), t0, guess)
 
 
 def rest(model: Model, c: Vector, table: InputTable, t0: float, guess: Guess = None) -> Vector:

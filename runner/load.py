@@ -51,8 +51,7 @@ class Model:
 
     def __repr__(self) -> str:
         """Name, title and how much of everything there is."""
-        inputs = [channel for channel in self.tables.inputs if channel.order == 0]
-        what = {"coordinate": self.coordinate_names, "input": inputs, "output": self.tables.outputs}
+        what = {"coordinate": self.coordinate_names, "input": self.tables.free_inputs, "output": self.tables.outputs}
         what["parameter"] = self.tables.parameters
         sizes = ", ".join(counted(len(each), noun) for noun, each in what.items())
         return f"<Model {self.name}: {self.tables.title}; {sizes}>"

@@ -14,6 +14,7 @@ from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
+from qddot.runner.switching import sides
 
 
 class ModesError(ValueError):
@@ -97,7 +98,7 @@ def modes(
     """
     model, t0 = as_model(model), finite("t0", t0)
     c = model.constants(model.parameter_values(parameters))
-    table = bind(model.tables, inputs)
+    table = bind(model.tables, inputs, sides(model, c, t0, t0))
     x = rest(model, c, table, t0) if state is None else model.state(state, "state")
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)

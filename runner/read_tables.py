@@ -12,7 +12,7 @@ from numba.core.dispatcher import Dispatcher
 from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
 from qddot.runner.ranges import expanded
-from qddot.runner.tables import Channel, Constraint, EventRow, Lookup, Parameter, Quantity, Tables
+from qddot.runner.tables import TIME, Channel, Constraint, EventRow, Lookup, Parameter, Quantity, Tables
 
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
 
@@ -187,10 +187,12 @@ def _check_channels(module: ModuleType, tables: Tables) -> None:
     for channel in tables.inputs:
         if channel.order not in (0, 1, 2):
             raise _fail(module, f"INPUT {channel.name} is of order {channel.order}, expected 0, 1 or 2")
+        if channel.input == TIME and channel.order == 0:
+            continue
         if channel.input not in values or (channel.order == 0 and channel.input != channel.name):
             raise _fail(module, f"INPUT {channel.name} is {channel.what} of {channel.input!r}, which is no input")
     for channel, place in zip(tables.inputs, places, strict=True):
-        if places.count(place) > 1:
+        if places.count(place) > 1 and channel.input != TIME:
             raise _fail(module, f"INPUT has {channel.what} of {channel.input!r} twice")
 
 
@@ -211,10 +213,11 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
+    known = {"positions": tables.positioned, "switching": tables.sides, "events": tables.events}
+    absent = {name for name, rows in known.items() if not rows}
+    absent |= set() if tables.constraints else set(abi.CONSTRAINED)
     for name, signature in abi.SIGNATURES.items():
-        if name in abi.CONSTRAINED and not tables.constraints:
-            continue
-        if (name == "positions" and not tables.positioned) or (name == "events" and not tables.events):
+        if name in absent:
             continue
         kernel = getattr(module, name, None)
         if not isinstance(kernel, Dispatcher):

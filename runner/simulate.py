@@ -30,6 +30,7 @@ from qddot.runner.options import TABLE, Options
 from qddot.runner.problem import Problem
 from qddot.runner.result import IntegrationError, Subject, as_solution
 from qddot.runner.solution import Solution
+from qddot.runner.switching import sides
 from qddot.runner.tables import Quantity
 from qddot.runner.takers import fitted
 
@@ -169,7 +170,8 @@ def prepare(
     if initial is not None and guess is not None and not model.tables.constraints:
         raise ValueError("initial and guess are both given; guess is where the search for a static state starts")
     p = model.parameter_values(parameters)
-    c, table = model.constants(p), bind(model.tables, inputs)
+    c = model.constants(p)
+    table = bind(model.tables, inputs, sides(model, c, t0, t1))
     problem = Problem(
         rhs=None,
         t0=t0,

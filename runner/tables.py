@@ -15,9 +15,13 @@ class Quantity:
     meaning: str
 
 
+#: The input of a channel that is a side of a condition in time.
+TIME = "t"
+
+
 @dataclass(frozen=True)
 class Channel:
-    """An entry of u: an input (order 0), its first or its second time derivative."""
+    """An entry of u: an input (order 0), its first or its second time derivative, or a side of a condition in TIME."""
 
     name: str
     input: str
@@ -114,13 +118,22 @@ class Tables:
 
     @property
     def free_inputs(self) -> tuple[str, ...]:
-        """Names of the inputs that are given; the others are derivatives of these."""
-        return tuple(channel.name for channel in self.inputs if channel.order == 0)
+        """Names of the inputs that are given; the others are derivatives of these, or follow from time."""
+        return tuple(channel.name for channel in self.inputs if channel.order == 0 and channel.input == channel.name)
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Names of the channels that say on which side of a condition in time a run is."""
+        return tuple(channel.name for channel in self.inputs if channel.input == TIME)
 
     def refuse_derivative(self, name: str) -> None:
         """Raise ValueError where the signal of an input is given under another name: an unknown one, or of its rate."""
         channel = next((channel for channel in self.inputs if channel.name == name), None)
         if channel is None:
             raise ValueError(f"model {self.name}: {unknown('input', name, self.free_inputs)}")
+        if channel.input == TIME:
+            raise ValueError(
+                f"model {self.name}: {name} follows from t and parameters ({channel.meaning}): leave it out"
+            )
         if channel.order:
             raise ValueError(f"model {self.name}: {name} is {channel.what} of {channel.input}; give {channel.input}")

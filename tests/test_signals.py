@@ -201,7 +201,7 @@ def test_bind_orders_channels_and_derives_rates(oscillator):
 
 def test_inputs_not_given_are_zero(oscillator):
     values = np.ones((3, 3))
-    sample(bind(oscillator.tables), np.array([0.0, 1.0, 2.0]), values)
+    sample(bind(oscillator.tables, None), np.array([0.0, 1.0, 2.0]), values)
     assert not values.any()
 
 

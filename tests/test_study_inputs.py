@@ -36,6 +36,7 @@ span = [0, 2]
 step = 1e-3
 
 """
+SMOOTH = HEAD + '[inputs.F]\nkind = "table"\nt = [0, 1]\nvalues = [0, 1e3]\n'
 GUN = HEAD + '[inputs.F]\nkind = "pulse_train"\n'
 SHOT = GUN + "times = [1.0]\n"
 ROAD = HEAD + '[road]\nspeed = "36 km/h"\n'
@@ -477,3 +478,13 @@ def test_a_study_is_shown(tmp_path, capsys):
 def test_a_study_without_inputs_has_nothing_to_show(tmp_path):
     with pytest.raises(StudyError, match="the study has no inputs to show"):
         show_study(write(tmp_path, HEAD), tmp_path)
+
+
+def test_a_table_is_smoothed_over_the_width_that_is_given(tmp_path):
+    smooth = signals(tmp_path, SMOOTH + 'smooth = "200 ms"\n')["F"]
+    # a kink between 0 and a line of 1e3/s becomes a parabola from -0.1 to 0.1 s
+    np.testing.assert_allclose(smooth([-0.1, 0.0, 0.1, 0.5, 1.0, 1.1]), [0, 25, 100, 500, 975, 1000], atol=1e-9)
+    np.testing.assert_allclose(smooth.derivative(smooth.breakpoints), [0, 1e3, 1e3, 0], atol=1e-9)
+    curved = SMOOTH.replace("[0, 1]", "[0, 1, 2, 3]").replace("[0, 1e3]", "[0, 1e3, 0, 5e2]")
+    with pytest.raises(StudyError, match=r"inputs\.F.*is of third degree: its mean is no piece of a signal"):
+        signals(tmp_path, curved + 'interpolation = "cubic"\nsmooth = 0.2\n')

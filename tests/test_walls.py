@@ -35,6 +35,7 @@ RUNNER = (
         "load",
         "inputs",
         "problem",
+        "switching",
     ),
     *("options", "tableaux", "method", "frame", "explicit", "stiff", "workers", "exact", "taylor", "methods"),
     *(

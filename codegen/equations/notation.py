@@ -169,7 +169,8 @@ class _Writing:
         self._equations = equations
         order = Order(equations)
         self._fixed = order.fixed
-        self._author, self._derived = Reader(order, turn=False), Reader(order, turn=True)
+        conditions = equations.switches.conditions
+        self._author, self._derived = (Reader(order, turn=turn, conditions=conditions) for turn in (False, True))
         self._mass = {at: self._legible(entry) for at, entry in equations.mass.items()}
 
     def given(self, left: Factor, expression: Any) -> Formula:

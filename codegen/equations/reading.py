@@ -1,8 +1,9 @@
 """From SymEngine expressions to phrases: terms with signs, factors in order, fractions."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 import symengine as se
@@ -34,11 +35,15 @@ _ONE = Fraction(1)
 
 
 class Reader:
-    """Reads expressions. With `turn`, -k*(a - b) is read as k*(b - a): for what was derived, not for the author's."""
+    """Reads expressions. With `turn`, -k*(a - b) is read as k*(b - a): for what was derived, not for the author's.
 
-    def __init__(self, order: Order, *, turn: bool) -> None:
+    conditions: by the symbols of sides, which stand for them.
+    """
+
+    def __init__(self, order: Order, *, turn: bool, conditions: Mapping[Any, Any] = MappingProxyType({})) -> None:
         self._order = order
         self._turn = turn
+        self._conditions = conditions
         self._names: dict[Any, Name] = {}
 
     def sum(self, expression: Any, *, positive_first: bool = True) -> Sum:
@@ -108,7 +113,7 @@ class Reader:
 
     def _cases(self, piecewise: Any) -> Factor:
         """Cases; those that are |x| or the sign of x as functions."""
-        values, conditions = piecewise.args[::2], piecewise.args[1::2]
+        values, conditions = piecewise.args[::2], tuple(map(self._stated, piecewise.args[1::2]))
         x = _not_negative(conditions[0])
         if x is not None and values[0] == x and len(values) == 2 and se.expand(values[0] + values[1]) == 0:
             return Call("abs", (self.sum(x),))
@@ -116,6 +121,13 @@ class Reader:
             return Call("sgn", (self.sum(x),))
         branches = zip(values, conditions, strict=True)
         return Cases(tuple((self.sum(value), self._condition(condition)) for value, condition in branches))
+
+    def _stated(self, condition: Any) -> Any:
+        """The condition that a side stands for, where it is one of a side."""
+        left, right = condition.args if len(condition.args) == 2 else (None, None)
+        if right in self._conditions:  # 1/2 < side
+            return self._conditions[right]
+        return _contrary(self._conditions[left]) if left in self._conditions else condition
 
     def _condition(self, condition: Any) -> Relation | None:
         return None if type(condition).__name__ == "BooleanTrue" else self._relation(condition)
@@ -127,10 +139,16 @@ class Reader:
             for other in others:
                 read = Relation(read, kind.lower(), other)
             return read
-        (left, right), (sign, mirrored) = condition.args, _COMPARISONS[kind]
+        condition = self._stated(condition)
+        (left, right), (sign, mirrored) = condition.args, _COMPARISONS[type(condition).__name__]
         if is_number(left):
             return Relation(self.sum(right), mirrored, self.sum(left))
         return Relation(self.sum(left), sign, self.sum(right))
+
+
+def _contrary(condition: Any) -> Any:
+    below, above = condition.args
+    return se.Le(above, below) if type(condition).__name__ == "StrictLessThan" else se.Lt(above, below)
 
 
 def _turned(read: Term) -> Term:

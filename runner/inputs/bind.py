@@ -1,6 +1,7 @@
 """A model's inputs by name, as the table of channels that its kernels read."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -8,20 +9,25 @@ from qddot.runner.checks import finite, shown
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.shapes import constant
 from qddot.runner.inputs.signal import START, InputTable, Signal, derivative_pieces, jumps, stack
-from qddot.runner.tables import Channel, Tables
+from qddot.runner.tables import TIME, Channel, Tables
 
 
-def bind(tables: Tables, inputs: Mapping[str, Signal | float] | None = None) -> InputTable:
+def bind(
+    tables: Tables, inputs: Mapping[str, Signal | float] | None, sides: Mapping[str, Signal] = MappingProxyType({})
+) -> InputTable:
     """The table of all input channels of a model, in its kernels' order; inputs not given are 0.
 
-    inputs: name -> Signal or number, in the unit of that input. Rates follow from the signal of their value.
+    inputs: name -> Signal or number, in the unit of that input. Rates follow from the signal of their value. sides: of
+    conditions in time, see `switching`.
     Raises ValueError for an unknown name, a rate given by hand, a value that is no signal or finite number, and a
     signal with jumps whose rate, or with kinks whose second rate, the model's right-hand side reads.
     """
     signals = _signals(tables, {} if inputs is None else inputs)
     for channel in sorted(tables.inputs[: tables.rhs_inputs], key=lambda each: -each.order):
-        check_smooth(channel, signals[channel.input])
-    return stack([signals[channel.input] for channel in tables.inputs], [channel.order for channel in tables.inputs])
+        if channel.order:
+            check_smooth(channel, signals[channel.input])
+    found = [sides[channel.name] if channel.input == TIME else signals[channel.input] for channel in tables.inputs]
+    return stack(found, [channel.order for channel in tables.inputs])
 
 
 def _signals(tables: Tables, inputs: Mapping[str, Signal | float]) -> dict[str, Signal]:

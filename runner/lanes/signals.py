@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from qddot.runner.inputs.short import stops_within
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.lanes.guides import ways
 from qddot.runner.lanes.tables import EVEN, GUIDED
-from qddot.runner.tables import Tables
+from qddot.runner.tables import TIME, Tables
 
 #: What may be given once or for each run.
 EACH = "a finite number, or one for each run"
@@ -113,21 +114,28 @@ def _size(value: Any) -> int | None:
     return len(value) if _for_each(value) else None
 
 
-def stack_runs(tables: Tables, inputs: Any, runs: int, step: float | None = None) -> BatchTable:
+def stack_runs(
+    tables: Tables,
+    inputs: Any,
+    runs: int,
+    step: float | None = None,
+    sides: Mapping[str, Sequence[Signal]] = MappingProxyType({}),
+) -> BatchTable:
     """The table of all channels of all runs, in the kernels' order; inputs not given are 0.
 
     inputs: name -> what it is for all runs or for each, or one mapping name -> Signal or number for each run. step: a
-    constant one, where curved pulses are shorter than it there are stops within them.
+    constant one, where curved pulses are shorter than it there are stops within them. sides: of conditions in time, for
+    each run.
     Raises ValueError as `bind` does, naming the input and, where each run has its own, the run.
     """
     found, zero = _Tables(), constant(0.0)
     columns: dict[str, tuple[Any, Any, Any]] = {name: (found.number(zero), 0.0, 0.0) for name in tables.free_inputs}
-    for name, value in _by_name(tables, inputs, runs, zero).items():
+    for name, value in (_by_name(tables, inputs, runs, zero) | dict(sides)).items():
         columns[name] = _column(found, f"input {name}", value)
     shape = (runs, len(tables.inputs))
     table, rate, offset = np.zeros(shape, dtype=np.int64), np.zeros(shape), np.zeros(shape)
     for i, channel in enumerate(tables.inputs):
-        table[:, i], rate[:, i], offset[:, i] = columns[channel.input]
+        table[:, i], rate[:, i], offset[:, i] = columns[channel.name if channel.input == TIME else channel.input]
     for i, channel in sorted(enumerate(tables.inputs[: tables.rhs_inputs]), key=lambda each: -each[1].order):
         for k in np.unique(table[:, i]):
             check_smooth(channel, found.signals[k])

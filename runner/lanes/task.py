@@ -27,6 +27,7 @@ from qddot.runner.machine.memory import address, record
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.method import Method
 from qddot.runner.options import Options
+from qddot.runner.switching import sides_of_runs
 from qddot.runner.tables import Quantity
 
 Floats = NDArray[np.float64]
@@ -120,7 +121,8 @@ def make_task(
     t0, t1 = np.broadcast_to(t0, count).copy(), np.broadcast_to(t1, count).copy()
     check_spans(t0, t1, method, options)
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
-    table = stack_runs(model.tables, inputs, count, options.step if method.family == "fixed" else None)
+    found = sides_of_runs(model, constants, t0, t1)
+    table = stack_runs(model.tables, inputs, count, options.step if method.family == "fixed" else None, found)
     n = len(model.state_names)
     rtol, atol = options.tolerances(n)
     if x0 is None:

@@ -64,6 +64,7 @@ _NOTHING_COMPILED = (
     "diagnosis.py",
     "equilibrium.py",
     "inertia.py",
+    "inputs/smoothing.py",
     "keywords.py",
     "manifold.py",
     "modes.py",
@@ -71,6 +72,7 @@ _NOTHING_COMPILED = (
     "simulate.py",
     "solution.py",
     "solve.py",
+    "switching.py",
     "takers.py",
 )
 

@@ -13,6 +13,7 @@ from qddot.runner.observe import ENERGIES, observer
 from qddot.runner.pictures.panel import Line, panel_of
 from qddot.runner.pictures.picture import Picture
 from qddot.runner.solution import Solution
+from qddot.runner.switching import sides
 
 Vector = NDArray[np.float64]
 
@@ -51,8 +52,9 @@ def balance(
     if len(solution.t) < 2:
         return None
     shown = solution.closely
-    t, table = np.array(shown.t), bind(model.tables, inputs)
-    c, watched = model.constants(model.parameter_values(parameters)), observer(model, [each.name for each in ENERGIES])
+    t, c = np.array(shown.t), model.constants(model.parameter_values(parameters))
+    table = bind(model.tables, inputs, sides(model, c, t[0], t[-1]))
+    watched = observer(model, [each.name for each in ENERGIES])
 
     def energies(times: Vector, states: Vector) -> Vector:
         return watched(times, np.ascontiguousarray(states[:, : solution.n_states]), table, c)

@@ -63,11 +63,15 @@ class Samples(Table):
 
 
 class TableInput(Samples):
-    """Samples: two columns of a CSV file, or t and values here; joined by lines or a cubic spline."""
+    """Samples: two columns of a CSV file, or t and values here; joined by lines or a cubic spline.
+
+    smooth: a width; lines are read as their mean over it, which has no kinks, as a prescribed motion wants it.
+    """
 
     kind: Literal["table"]
     t: tuple[Real, ...] | None = None
     values: tuple[Real, ...] | None = None
+    smooth: Amount | None = None
 
 
 class MeasuredPulseInput(Pulses, Samples):

@@ -14,6 +14,7 @@ from qddot.runner.inputs.formulas import units_of
 from qddot.runner.inputs.recoil import measured_pulse_train, recoil_impulse, shot_times
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import Signal
+from qddot.runner.inputs.smoothing import smoothed
 from qddot.runner.inputs.tables import table, table_at
 from qddot.runner.load import Model
 from qddot.runner.study.amounts import Amounts
@@ -51,7 +52,8 @@ def study_signals(
 
 def input_signal(name: str, spec: Any, model: Model, amounts: Amounts) -> Signal:
     """The signal of one input, from its table of the study."""
-    units = {channel.name: channel.unit for channel in model.tables.inputs if channel.order == 0}
+    free = model.tables.free_inputs
+    units = {channel.name: channel.unit for channel in model.tables.inputs if channel.name in free}
     key = f"inputs.{name}"
     if name not in units:
         raise amounts.wrong(key, unknown("input", name, units))
@@ -76,9 +78,12 @@ def _measured_pulses(key: str, spec: Any, unit: str, amounts: Amounts) -> Signal
 
 def _table(key: str, spec: Any, unit: str, amounts: Amounts) -> Signal:
     if spec.file is None and spec.t is not None and spec.values is not None and spec.resample is None:
-        return table(spec.t, spec.values, spec.interpolation)
-    t, values, place = _samples(key, spec, unit, amounts)
-    return table_at(t, values, spec.interpolation, None, place)
+        samples = table(spec.t, spec.values, spec.interpolation)
+    else:
+        t, values, place = _samples(key, spec, unit, amounts)
+        samples = table_at(t, values, spec.interpolation, None, place)
+    width = amounts.given(key, spec, {"smooth": "s"}).get("smooth")
+    return samples if width is None else smoothed(samples, width)
 
 
 _BUILD: Mapping[str, Callable[[str, Any, str, Amounts], Signal]] = {
