@@ -136,7 +136,7 @@ class _Between:
                 run.subject,
                 replace(run.problem, t0=each.t0, initial_state=each.x),
                 run.method,
-                run.options,
+                run.options if each.first_step is None else replace(run.options, first_step=each.first_step),
                 each.steps,
                 each.end,
             )

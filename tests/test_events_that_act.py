@@ -149,6 +149,19 @@ def test_a_ball_bounces_when_the_formula_says(method, models):
     np.testing.assert_allclose(s.extremes("y", after=first + 1e-3, before=first + 0.7).greatest, 0.64, atol=1e-6)
 
 
+@pytest.mark.parametrize("method", ["tsit5", "ode15s", "taylor"])
+def test_a_run_is_known_between_all_of_its_bounces(method, models):
+    """Also behind those that shorten the next step: every flight is the parabola that it is."""
+    options, near = WAYS[method]
+    s = qddot.simulate(models(ball), (0, 3.5), method=method, initial={"y": 1.0, "z": 1.0}, **options)
+    meets = bounces(1.0, 12)
+    times = np.linspace(0.0, 3.5, 1000)
+    flight = np.searchsorted(meets, times)
+    since, speed = times - np.concatenate([[0.0], meets])[flight], np.sqrt(2 * G) * 0.8 ** np.arange(13)[flight]
+    height = np.where(flight == 0, 1.0 - G * times**2 / 2, speed * since - G * since**2 / 2)
+    np.testing.assert_allclose(s.at(times)["y"], height, atol=100 * near)
+
+
 def test_events_at_one_instant_all_act(models):
     s = qddot.simulate(models(ball), (0, 2.5), method="tsit5", initial={"y": 1.0, "z": 1.0}, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(s.events.times("floor_z"), s.events.times("floor_y"), rtol=0, atol=1e-13)

@@ -34,12 +34,16 @@ AT_ONCE = 64
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A stretch between events that act: from x (n_states,) at t0, so many steps, to the time `end`."""
+    """A stretch between events that act: from x (n_states,) at t0, so many steps, to the time `end`.
+
+    first_step: that it began with, s, where it was not the options' own.
+    """
 
     t0: float
     x: Vector
     steps: int
     end: float
+    first_step: float | None = None
 
 
 def integrate_acting(problem: Problem, acting: Acting, method: "Method", options: Options) -> Trajectory:
@@ -70,9 +74,11 @@ class _Run:
     def go_on(self) -> bool:
         """Run a stretch and let the event at its end act; whether there is another."""
         start = replace(self._problem, t0=self._t, initial_state=self._x)
-        found = self._method.integrate(start, self._method, self._left_of_options())
+        options = self._left_of_options()
+        found = self._method.integrate(start, self._method, options)
         self._found.append(found)
-        self._stretches.append(Stretch(self._t, self._x, found.statistics.steps, float(found.t[-1])))
+        steps, end = found.statistics.steps, float(found.t[-1])
+        self._stretches.append(Stretch(self._t, self._x, steps, end, options.first_step))
         self._status, self._acted, log = found.status, False, found.extras["events"]
         last = int(log.event[-1]) - len(self._options.events) if len(log.event) else -1
         if found.status is not Status.TERMINATED or last < 0:
