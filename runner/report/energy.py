@@ -83,5 +83,5 @@ def picture(found: Balance) -> Picture:
         "dissipated": found.dissipated,
         "sum: kinetic and potential, since the start": held - held[0],
     }
-    lines = [Line(found.t, values, name, "J", said=name) for name, values in named.items()]
+    lines = [Line(found.t, values, name, "J", "energies and works", name) for name, values in named.items()]
     return Picture("Energy", (panel_of(lines),))
