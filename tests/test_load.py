@@ -131,7 +131,7 @@ def test_a_folder_copied_with_its_compiled_code_loads(tmp_path):
     del sys.modules[model.module.__name__]  # as in a new process
     shutil.copytree(first, tmp_path / "second")
     shutil.rmtree(first)
-    assert list((tmp_path / "second" / "__pycache__").glob("copied.constants*.nbc"))
+    assert list((tmp_path / "second" / "__pycache__").rglob("copied.constants*.nbc"))
     np.testing.assert_array_equal(_constants(load(tmp_path / "second" / "copied.py")), [2.0, 50.0, 1.5, 9.81, 0.5])
 
 

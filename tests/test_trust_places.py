@@ -148,7 +148,7 @@ def test_a_model_in_a_folder_that_cannot_be_written_is_compiled_once_and_kept(sh
         found.append(done.stdout.split()[0])
     assert found == ["True", "True"]
     kept = temporary / f"qddot-{os.geteuid()}"
-    assert list(kept.glob("shut_*/pendulum.constants-*.nbc"))
+    assert list(kept.glob("qddot-*/shut_*/pendulum.constants-*.nbc"))
     done = plainly(shut / "pendulum.py", "nowhere", code=LOAD, cwd=shut, **elsewhere)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("True")
@@ -159,7 +159,7 @@ def test_a_cache_that_was_cut_short_is_made_again(tmp_path, elsewhere):
     shutil.copy(ROOT / "generated" / "pendulum.py", tmp_path)
     path = tmp_path / "pendulum.py"
     assert plainly(path, code=LOAD, **elsewhere).returncode == 0
-    indices = list((tmp_path / "__pycache__").glob("pendulum.constants-*.nbi"))
+    indices = list((tmp_path / "__pycache__").rglob("pendulum.constants-*.nbi"))
     assert indices
     for index in indices:
         index.write_bytes(index.read_bytes()[:-20])

@@ -1,5 +1,6 @@
 """A model's right-hand side in its second form, for LANES runs at once, made of the text of `rhs` itself."""
 
+import contextlib
 import math
 from functools import cache
 from types import FunctionType, ModuleType
@@ -13,6 +14,7 @@ from qddot.runner.load import LoadError, Model
 from qddot.runner.machine.elementary import FORMS, elementary
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.row import row
+from qddot.runner.machine.straight import straight
 
 
 def lane_rhs(model: Model) -> Any | None:
@@ -38,10 +40,16 @@ def _compiled_kernel(rhs: FunctionType) -> Any | None:
     vars(in_lanes).update(FORMS)
     called = {name: rhs.__globals__.get(name) for name in rhs.__code__.co_names}
     tables = {name: elementary(each.py_func) for name, each in called.items() if isinstance(each, Dispatcher)}
-    one = elementary(FunctionType(rhs.__code__, {**rhs.__globals__, **tables, "math": in_lanes}, rhs.__name__))
-    names = {**globals(), "one": one}
-    loop = FunctionType(_over_lanes.__code__, names, f"lane_{rhs.__name__}")
-    return lane_loop(abi.LANE_KERNEL, rhs)(loop)
+    space = {**rhs.__globals__, **tables, "math": in_lanes}
+    with contextlib.suppress(NumbaError):
+        return _loop(rhs, straight(rhs, space, whole=True))
+    return _loop(rhs, FunctionType(rhs.__code__, space, rhs.__name__))
+
+
+def _loop(rhs: FunctionType, one: FunctionType) -> Any:
+    """The loop over lanes of a function for one of them; rhs: what it is made of."""
+    names = {**globals(), "one": elementary(one)}
+    return lane_loop(abi.LANE_KERNEL, rhs)(FunctionType(_over_lanes.__code__, names, f"lane_{rhs.__name__}"))
 
 
 def _over_lanes(times, state, inputs, constants, derivative):

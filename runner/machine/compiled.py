@@ -157,11 +157,17 @@ def keeping_module(file: Path) -> contextlib.AbstractContextManager[None]:
     Those of one that calls the runner's functions, which become part of them, in the folder of the runner's source.
     Numba alone raises "no locator available" where neither the module's folder nor the user's cache can be written.
     """
+    if _calls_the_runner(file):
+        return keeping_code(file)
     beside = file.absolute().parent / "__pycache__"
     folder = code_folder(beside)
-    if folder is not None and _calls_the_runner(file):
-        return _keeping(folder, str(_of_this_source(folder)))
     return _keeping(folder, "" if folder in (beside, None) else str(folder))
+
+
+def keeping_code(file: Path) -> contextlib.AbstractContextManager[None]:
+    """The same for functions that the runner makes of those of a module: what they are depends on its source, too."""
+    folder = code_folder(file.absolute().parent / "__pycache__")
+    return _keeping(folder, str(_of_this_source(folder)) if folder is not None else "")
 
 
 def _calls_the_runner(file: Path) -> bool:

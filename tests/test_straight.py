@@ -1,0 +1,196 @@
+"""Kernels compiled from their text by instructions: what they compute is what the text says."""
+
+import ast
+import builtins
+import math
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+
+import numpy as np
+import pytest
+from conftest import MODELS
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+from numba.core.errors import TypingError
+
+import qddot
+from qddot.runner import abi
+from qddot.runner.machine import straight_code, straight_parts
+from qddot.runner.machine.compiled import ARITHMETIC
+from qddot.runner.machine.straight import parsed, straight
+from qddot.runner.machine.straight_code import StrayError, check
+
+X, U, C = np.array([0.7, -0.4, 1.3]), np.array([0.2]), np.array([1.5, 0.6])
+
+
+def written(folder, text, name="rhs", arguments="t, state, inputs, constants, values"):
+    """A function of this body in a file of its own."""
+    file = folder / f"straight_{abs(hash(text))}.py"
+    lines = "".join(f"    {line}\n" for line in text.splitlines())
+    file.write_text(f"import math\n\n\ndef {name}({arguments}):\n{lines}\n\nOTHER = 1\n")
+    spec = spec_from_file_location(file.stem, file)
+    module = module_from_spec(spec)
+    sys.modules[file.stem] = module
+    spec.loader.exec_module(module)
+    return getattr(module, name)
+
+
+def compiled(function, **options):
+    """The function of instructions, jitted."""
+    kernel = njit(**ARITHMETIC)(straight(function, **options))
+    kernel.compile(abi.VECTOR_KERNEL)
+    return kernel
+
+
+def results(function, kernel, count):
+    """What the text gives in Python, and what the instructions give."""
+    found = np.full(count, np.nan), np.full(count, np.nan)
+    function(0.3, X, U, C, found[0])
+    kernel(0.3, X, U, C, found[1])
+    return found
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_kernel_of_every_model_gives_what_its_text_says(name):
+    model, rng = qddot.load(name), np.random.default_rng(5)
+    x = rng.uniform(0.1, 0.9, len(model.state_names))
+    u = rng.uniform(0.1, 0.9, max(1, len(model.tables.inputs)))
+    c = model.constants(model.parameter_values())
+    for kernel in ("rhs", "jacobian", "energy", "outputs"):
+        function = getattr(model.module, kernel).py_func
+        check(parsed(function.__code__), vars(builtins) | function.__globals__)
+        if model.tables.constraints and kernel != "energy":
+            continue  # what it calls runs in compiled code alone
+        size = model.tables.patterns[kernel].entries if kernel == "jacobian" else 4 + len(x) + len(model.tables.outputs)
+        expected, found = np.zeros(size), np.zeros(size)
+        function(0.2, x, u, c, expected)
+        model.kernel(kernel)(0.2, x, u, c, found)
+        assert found == pytest.approx(expected, rel=1e-11, abs=1e-11)
+
+
+def test_what_numba_compiles_of_the_same_text_gives_the_same_numbers():
+    model, rng = qddot.load("m113"), np.random.default_rng(6)
+    x = rng.uniform(-0.3, 0.3, len(model.state_names))
+    u, c = rng.uniform(-0.1, 0.1, len(model.tables.inputs)), model.constants(model.parameter_values())
+    found = np.empty_like(x), np.empty_like(x)
+    model.kernel("rhs")(0.2, x, u, c, found[0])
+    model.module.rhs(0.2, x, u, c, found[1])
+    assert (found[0] == found[1]).all()
+
+
+@pytest.mark.parametrize("count", sorted({len(signature.args) for signature in abi.SIGNATURES.values()}))
+def test_functions_of_as_many_arguments_as_kernels_have(tmp_path, count):
+    arguments = [f"a_{k}" for k in range(count)]
+    function = written(tmp_path, f"{arguments[-1]}[1] = {arguments[0]}[0] + 1.0", arguments=", ".join(arguments))
+    kernel, arrays = njit(**ARITHMETIC)(straight(function)), [np.ones(2) for _ in arguments]
+    kernel(*arrays)
+    assert arrays[-1].tolist() == [1.0, 2.0]
+
+
+def test_choices_junctions_powers_and_loops(tmp_path):
+    function = written(tmp_path, """
+a, b = state[0], state[1]
+c = constants[1]
+d = -a ** 5 + math.atan2(a, b) if (a < c and not b > 0.5) or a != a else math.nan
+e = (math.sqrt(-b) if b < 0.0 else b) / 0.0
+for place in range(2):
+    values[place] = constants[place]
+values[2] = d
+values[3] = e
+values[4] = 1.0 if a == 0.7 else 2.0
+values[5] = math.pow(a, 2.5) - math.pi
+""".strip().replace(" / 0.0", " / a"))  # fmt: skip
+    expected, found = results(function, compiled(function), 6)
+    assert found == pytest.approx(expected, rel=1e-14, nan_ok=True)
+
+
+def test_a_division_by_zero_is_an_infinity(tmp_path):
+    function = written(tmp_path, "values[0] = state[0] / (state[1] - state[1])\nvalues[1] = math.log(-state[0])")
+    kernel, found = compiled(function), np.zeros(2)
+    kernel(0.3, X, U, C, found)
+    assert found[0] == np.inf
+    assert math.isnan(found[1])
+
+
+NAMES = ["state[0]", "state[1]", "state[2]", "inputs[0]", "constants[0]", "constants[1]", "t", "0.5", "2.0"]
+LEAVES = st.sampled_from(NAMES)
+
+
+def deeper(inner):
+    """Expressions of expressions."""
+    pair = st.tuples(inner, inner)
+    return st.one_of(
+        st.tuples(pair, st.sampled_from("+-*")).map(lambda each: f"({each[0][0]} {each[1]} {each[0][1]})"),
+        pair.map(lambda each: f"{each[0]} / (1.0 + {each[1]} * {each[1]})"),
+        inner.map(lambda each: f"math.sin({each})"),
+        inner.map(lambda each: f"-({each})"),
+        inner.map(lambda each: f"math.tanh({each}) ** 3"),
+        st.tuples(inner, inner, inner).map(lambda each: f"({each[0]} if {each[1]} < {each[2]} else 0.25)"),
+    )
+
+
+@settings(max_examples=12, deadline=None, print_blob=True)
+@given(st.lists(st.recursive(LEAVES, deeper, max_leaves=6), min_size=3, max_size=12), st.randoms(use_true_random=False))
+def test_random_lines_in_one_function_and_in_parts(tmp_path_factory, expressions, chance):
+    lines, known = [], list(NAMES)
+    for k, expression in enumerate(expressions):
+        lines.append(f"tmp_{k} = {expression} + 0.5 * {chance.choice(known)}")
+        known.append(f"tmp_{k}")
+    lines += [f"values[{k}] = {chance.choice(known)} - tmp_{k}" for k in range(len(expressions))]
+    function = written(tmp_path_factory.mktemp("lines"), "\n".join(lines))
+    expected, found = results(function, compiled(function, whole=True), len(expressions))
+    assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(straight_code, "WHOLE", 0)
+        patch.setattr(straight_parts, "PART", 8)
+        assert results(function, compiled(function), len(expressions))[1] == pytest.approx(found, rel=1e-12, abs=1e-12)
+
+
+def test_parts_end_where_they_are_long_and_keep_what_others_read():
+    text = "\n".join([*(f"a_{k} = t * {k}.0" for k in range(9)), "b = table(a_0)", "values[0] = a_8 + b"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(straight_parts, "PART", 3)
+        found = straight_parts.runs(ast.parse(text).body, {"math": math})
+    assert [run.apart for run in found] == [True, True, True, False, True]
+    assert [len(run.statements) for run in found] == [3, 3, 3, 1, 1]
+    assert straight_parts.frame(found) == {"a_0": 0, "a_8": 1}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "while t > 1.0:\n    t = t - 1.0\nvalues[0] = t",
+        "if t > 0.0:\n    values[0] = 1.0\nelse:\n    values[0] = 2.0",
+        "values[0] = sum(state[1:])",
+        "values[0] = math.nothing(t)",
+        "values[0] = t.nothing",
+        "values[0] = before\nbefore = 1.0",
+        "values[0] += t",
+        "values[0] = t ** state[0]",
+        "return",
+    ],
+)
+def test_what_is_no_straight_line_is_left_to_numba(tmp_path, body):
+    function = written(tmp_path, body)
+    with pytest.raises(StrayError):
+        check(parsed(function.__code__), vars(builtins) | function.__globals__)
+    with pytest.raises(TypingError, match="rhs is no straight line"):
+        compiled(function)
+
+
+def test_a_text_that_changed_since_it_was_imported_is_left_to_numba(tmp_path):
+    function = written(tmp_path, "values[0] = t + 1.0")
+    file = next(tmp_path.glob("*.py"))
+    file.write_text(file.read_text().replace("t + 1.0", "t + 2.0"))
+    with pytest.raises(StrayError, match="its file holds another text"):
+        parsed(function.__code__)
+    file.unlink()
+    with pytest.raises(StrayError, match="No such file"):
+        parsed(function.__code__)
+
+
+def test_a_sum_of_thousands_of_terms_compiles(tmp_path):
+    function = written(tmp_path, f"values[0] = {' + '.join(['state[0]'] * 2500)}")
+    expected, found = results(function, compiled(function), 1)
+    assert found == pytest.approx(expected, rel=1e-11)
