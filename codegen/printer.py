@@ -1,6 +1,6 @@
 """SymEngine expressions as the Python that numba compiles, in one canonical order of terms and factors."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any
 
@@ -20,6 +20,8 @@ _RELATIONS = {
 #: Relations that are read the other way round where a number stands on the left.
 _MIRRORED = {"StrictLessThan": "StrictGreaterThan", "LessThan": "GreaterThan"}
 
+#: Terms of a sum that stand in one row: Python reads no more than some 3000.
+_LONGEST_SUM = 1000
 #: Integer powers up to this one are written as products.
 _LARGEST_PRODUCT = 4
 #: Integer powers up to this one compile.
@@ -65,8 +67,16 @@ class Printer:
 
     def _sum(self, expression: Any) -> str:
         signed = [(float(leading_number(term)) < 0, self._key(term), term) for term in expression.args]
+        signed.sort(key=lambda item: item[:2])
+        if len(signed) <= _LONGEST_SUM:
+            return self._signed(signed)
+        parts = (signed[k : k + _LONGEST_SUM] for k in range(0, len(signed), _LONGEST_SUM))
+        return " + ".join(f"({self._signed(part)})" for part in parts)
+
+    def _signed(self, signed: Sequence[tuple[bool, Any, Any]]) -> str:
+        """Terms with their signs, in the order given."""
         text = ""
-        for negative, _, term in sorted(signed, key=lambda item: item[:2]):
+        for negative, _, term in signed:
             body = self._within(-term if negative else term, _PRODUCT)
             text += (" - " if negative else " + " if text else "") + body if text or not negative else f"-{body}"
         return text

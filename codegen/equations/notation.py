@@ -5,6 +5,7 @@ It knows no layout and no script; `tex`, `page` and `terminal` write it down.
 
 from collections.abc import Mapping, Set
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import symengine as se
@@ -83,8 +84,8 @@ class Document:
 
     definitions: of the quantities, each one's rate behind it; energies: T, Pi, Phi; forces: Q of each coordinate that
     has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot + G' lambda = Q;
-    state_motion: one per internal state, zdot = derivative. multipliers: of the constraints, and constraints what
-    vanishes, in the same order.
+    of large models only the first, and of M their rows; state_motion: one per internal state, zdot = derivative.
+    multipliers: of the constraints, and constraints what vanishes, in the same order.
     is_generalized: Pi depends on velocities, so that L = T - Pi takes the place of T and Pi in Lagrange's equations.
     dotted: the words that may carry dots.
     """
@@ -120,16 +121,18 @@ class Document:
         return tuple(zip(entries, formulas, strict=True))
 
 
-def describe(equations: Equations, source: str) -> Document:
+def describe(equations: Equations, source: str, most: int | None = None) -> Document:
     """Write the derived equations down as a document; `source` names the model's file.
 
+    most: terms of the equations of motion after which no further equation is written.
     Raises ModelError where two symbols would look the same.
     """
     system = equations.system
     dotted = with_dots(equations)
     for one, other in alike((str(symbol) for _, symbol in declared(system)), dotted):
         raise ModelError(f"model {system.name}: {one} and {other} are typeset alike; rename one of them")
-    writing = _Writing(equations)
+    written = len(equations.coordinates) if most is None else _written(equations, most)
+    writing = _Writing(equations, written)
     return Document(
         name=system.name,
         title=system.title,
@@ -148,7 +151,7 @@ def describe(equations: Equations, source: str) -> Document:
         multipliers=tuple(Entry(str(c.symbol), c.unit, c.meaning) for c in in_order(system)),
         constraints=writing.constraints(),
         events=writing.events(),
-        motion=tuple(writing.motion(k) for k in range(len(equations.coordinates))),
+        motion=tuple(writing.motion(k) for k in range(written)),
         state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
         output_definitions=writing.outputs(),
@@ -165,13 +168,15 @@ def with_dots(equations: Equations) -> frozenset[str]:
 class _Writing:
     """Formulas of one model. What the author wrote is kept; what was derived may be rearranged to read well."""
 
-    def __init__(self, equations: Equations) -> None:
+    def __init__(self, equations: Equations, written: int) -> None:
         self._equations = equations
+        self._written = written
         order = Order(equations)
         self._fixed = order.fixed
         conditions = equations.switches.conditions
         self._author, self._derived = (Reader(order, turn=turn, conditions=conditions) for turn in (False, True))
-        self._mass = {at: self._legible(entry) for at, entry in equations.mass.items()}
+        rows = ((at, entry) for at, entry in equations.mass.items() if at[1] < written)
+        self._mass = {at: self._legible(entry) for at, entry in rows}
 
     def given(self, left: Factor, expression: Any) -> Formula:
         return Formula(_alone(left), self._author.sum(expression))
@@ -230,8 +235,8 @@ class _Writing:
         return Formula(Sum(left), self._author.sum(equations.applied[k]))
 
     def mass(self) -> MassMatrix:
-        entries = {at: self._derived.sum(entry) for at, entry in self._mass.items()}
-        return MassMatrix(len(self._equations.coordinates), self._equations.mass_matrix, entries)
+        entries = {at: self._derived.sum(entry) for at, entry in self._mass.items() if at[0] < self._written}
+        return MassMatrix(self._written, self._equations.mass_matrix, entries)
 
     def outputs(self) -> tuple[Formula, ...]:
         """Definitions of the outputs that are not quantities under their own names."""
@@ -240,6 +245,18 @@ class _Writing:
 
     def _legible(self, expression: Any) -> Any:
         return legible(expression, self._fixed)
+
+
+def _written(equations: Equations, most: int) -> int:
+    """How many equations of motion have so many terms together; one at least."""
+    lengths = [0] * len(equations.coordinates)
+    for k, j in equations.mass:
+        lengths[k] += 1
+        lengths[j] += k != j
+    for part in (equations.gyroscopic, equations.conservative, equations.dissipative, equations.applied):
+        for k, expression in enumerate(part):
+            lengths[k] += len(terms(expression))
+    return max(1, sum(total <= most for total in accumulate(lengths)))
 
 
 def _alone(factor: Factor) -> Sum:

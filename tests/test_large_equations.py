@@ -1,0 +1,48 @@
+"""LaTeX of large models: the first equations, and a word on the others."""
+
+import re
+
+import symengine as se
+
+from qddot.codegen.equations.notation import describe
+from qddot.codegen.equations.tex import tex
+from qddot.codegen.generate import _MOST_TERMS
+from qddot.codegen.lagrange import derive
+from qddot.codegen.printer import Printer
+from qddot.model import chain, m113
+
+
+def test_a_large_model_has_its_first_equations_and_says_how_many_are_left_out():
+    equations = derive(chain.system(30))
+    text = tex(describe(equations, "chain.py", most=60))
+    numbers = re.search(r"the first (\d+) of 30 equations; the others are left out", text)
+    assert numbers
+    written = int(numbers[1])
+    assert 5 <= written <= 20
+    assert text.count(r"\equationof{") == written
+    assert rf"Displacement of mass {written}, $" in text
+    assert rf"Displacement of mass {written + 1}, $" not in text
+    assert r"\operatorname{diag}(" in text
+    whole = tex(describe(equations, "chain.py"))
+    assert whole.count(r"\equationof{") == 30
+    assert "left out" not in whole
+
+
+def test_the_first_equation_is_there_however_long_it_is():
+    document = describe(derive(m113.system()), "m113.py", most=1)
+    assert len(document.motion) == 1
+    assert document.mass.size == 1
+
+
+def test_the_file_of_a_chain_of_hundreds_is_small():
+    text = tex(describe(derive(chain.system(400)), "chain.py", _MOST_TERMS))
+    assert len(text) < 300e3
+    assert "equations; the others are left out" in text
+
+
+def test_a_sum_of_thousands_of_terms_is_python():
+    symbols = [se.Symbol(f"x_{k}") for k in range(5000)]
+    terms = [-x if k % 3 else x for k, x in enumerate(symbols)]
+    text = Printer({symbol: k for k, symbol in enumerate(symbols)})(se.Add(*terms))
+    found = eval(text, {f"x_{k}": float(k) for k in range(5000)})
+    assert found == sum(-k if k % 3 else k for k in range(5000))
