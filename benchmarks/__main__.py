@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks import batch, c_loop, derivation, fixed_step, latency, single_run, work_precision
+from benchmarks import batch, c_loop, derivation, fixed_step, latency, single_run, size, work_precision
 from benchmarks.contest import reason, say
 from benchmarks.figures import draw_all
 from benchmarks.report import markdown, write
@@ -15,6 +15,7 @@ from benchmarks.timing import Table, machine
 GROUPS: Mapping[str, ModuleType] = {
     "latency": latency,
     "derivation": derivation,
+    "size": size,
     "fixed_step": fixed_step,
     "c_loop": c_loop,
     "single_run": single_run,

@@ -1,5 +1,5 @@
-"""Kernels of a model with constraints: M, f, G and gamma are written down, and a function of the runner solves for
-accelerations and multipliers, which the rest of a kernel reads."""
+"""Kernels of a model with constraints, or of many coupled coordinates: M, f, G and gamma are written down, and a
+function of the runner solves for accelerations and multipliers, which the rest of a kernel reads."""
 
 import ast
 from collections.abc import Iterator, Mapping
@@ -9,7 +9,7 @@ from typing import Any
 
 import symengine as se
 
-from qddot.codegen.drafts import Draft, Matrix, Write, matrix_writes, vector_writes
+from qddot.codegen.drafts import Draft, Matrix, Write, balance, matrix_writes, vector_writes
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.model.system import ModelError
@@ -20,12 +20,15 @@ MOST = 200
 SYSTEM = ("mass_matrix", "constraint_matrix", "right_side", "residuals", "coordinates")
 #: Arrays whose columns become derivatives of accelerations.
 COLUMNS = ("forces", "drifts")
-#: Functions that a kernel calls, see `runner/machine/constrained.py`.
-_RUNTIME = frozenset(("equations", "blank", "outcome", "accelerations", "derivatives", "report"))
+#: Functions that a kernel calls, by the file of `runner/machine` that they are from.
+_RUNTIME = {
+    "constrained": frozenset(("equations", "blank", "outcome", "accelerations", "derivatives", "report")),
+    "coupled": frozenset(("coupled", "blank", "decoupled", "slopes")),
+}
 
 
 class ConstrainedDrafts:
-    """The drafts of all kernels of a system with constraints."""
+    """The drafts of all kernels of a system that is solved at run time."""
 
     def __init__(self, equations: Equations) -> None:
         self._equations = equations
@@ -53,17 +56,23 @@ class ConstrainedDrafts:
             "mass": self._draft(matrix_writes(equations.mass)),
             "energy": self._draft(vector_writes("values", energies)),
             "outputs": self._draft(vector_writes("values", equations.outputs)),
-            "constraints": self._draft(matrix_writes(dict(equations.mass) | self._residuals())),
-            "tangent": self._draft(matrix_writes(self._tangent())),
             **({"events": self._draft(vector_writes("values", equations.events))} if equations.events else {}),
+            **self._on_constraints(),
         }
 
-    def balance(self) -> None:
-        """Nothing: there are no recurrences of what a function solves for."""
+    def _on_constraints(self) -> Mapping[str, Draft]:
+        if not self._equations.constraints:
+            return {}
+        matrices = {"constraints": dict(self._equations.mass) | self._residuals(), "tangent": self._tangent()}
+        return {name: self._draft(matrix_writes(entries)) for name, entries in matrices.items()}
+
+    def balance(self) -> Draft | None:
+        """As that of `Drafts`; nothing where there are constraints."""
+        return None if self._equations.constraints else balance(self._equations)
 
     @property
     def linear(self) -> bool:
-        """Exact propagation knows no constraints."""
+        """Exact propagation knows no constraints, and no mass matrix that moves."""
         return False
 
     def _draft(self, writes: tuple[Write, ...]) -> Draft:
@@ -77,6 +86,10 @@ class ConstrainedDrafts:
         """M, G, [f, gamma], the residuals and q, what vanishes left out."""
         equations, constraints = self._equations, self._equations.constraints
         right = enumerate((*equations.forces, *constraints.drifts))
+        if not constraints:
+            upper = {(j, k): entry for (k, j), entry in equations.mass.items()}
+            forces = ((Slot("right_side", (k,)), value) for k, value in right if value != 0)
+            return (*matrix_writes(upper, "mass_matrix"), *forces)
         return (
             *matrix_writes(equations.mass, "mass_matrix"),
             *matrix_writes(constraints.matrix, "constraint_matrix"),
@@ -156,14 +169,20 @@ class Calls:
 def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
     """What a kernel calls for n coordinates and m constraints.
 
-    columns: of the derivatives that it gives. reports: it reads multipliers or reactions.
+    columns: of the derivatives that it gives, 0 where it gives none. reports: it reads multipliers or reactions.
     """
+    first = n if kernel == "jacobian" else 0
+    if not m:
+        made, last = [f"mass_matrix, right_side = coupled({n})"], []
+        if columns:
+            made.append(f"forces = blank({n}, {columns})")
+            last.append(f"slopes(mass_matrix, forces, values, {first})")
+        return Calls(tuple(made), ("decoupled(mass_matrix, right_side)",), tuple(last))
     arrays = "mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace"
     made, solved, last = [f"{arrays} = equations({n}, {m})"], [f"accelerations({arrays})"], []
-    if kernel in ("jacobian", "input_jacobian"):
+    if columns:
         made += [f"forces = blank({n}, {columns})", f"drifts = blank({m}, {columns})"]
-        first = n if kernel == "jacobian" else 0
-        last.append(f"derivatives(constraint_matrix, workspace, forces, drifts, values[{first}:])")
+        last.append(f"derivatives(constraint_matrix, workspace, forces, drifts, values, {first})")
     if kernel == "outputs" and reports:
         made.append(f"multipliers, reactions = outcome({n}, {m})")
         solved.append("report(constraint_matrix, right_side, workspace, multipliers, reactions)")
@@ -173,24 +192,27 @@ def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
 @cache
 def solving_names() -> frozenset[str]:
     """Names that a kernel which solves uses beside a model's symbols."""
-    found = (calls(kernel, 1, 1, 1, reports=True) for kernel in ("jacobian", "outputs"))
+    found = (calls(kernel, 1, m, 1, reports=True) for kernel in ("jacobian", "outputs") for m in (0, 1))
     lines = [line for each in found for line in (*each.made, *each.solved, *each.last)]
     return frozenset(node.id for line in lines for node in ast.walk(ast.parse(line)) if isinstance(node, ast.Name))
 
 
-def runtime_names(text: str) -> list[str]:
-    """The functions of the runner that the text of a module calls, in order."""
+def runtime_names(text: str, equations: Equations) -> dict[str, list[str]]:
+    """The functions of the runner that the text of a module calls, in order, by the files that they are from."""
+    if not equations.solved_at_run_time:
+        return {}
+    home = "constrained" if equations.constraints else "coupled"
     called = {
         node.func.id
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
     }
-    return sorted(called & _RUNTIME)
+    return {home: sorted(called & _RUNTIME[home])}
 
 
 def refuse_size(equations: Equations) -> None:
     """ModelError where the equations would not fit on the stack."""
     n, m = len(equations.coordinates), len(equations.constraints)
-    if m and n + m > MOST:
-        count = f"{n} coordinates and {m} constraints"
+    if equations.solved_at_run_time and n + m > MOST:
+        count = f"{n} coordinates and {m} constraints" if m else f"{n} coordinates, all coupled with each other,"
         raise ModelError(f"model {equations.system.name}: {count} are too many: {MOST} together can be solved")

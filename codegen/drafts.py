@@ -51,27 +51,8 @@ class Drafts:
         return Draft((*self._moving, *self._solution), vector_writes("derivative", derivatives))
 
     def balance(self) -> Draft | None:
-        """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; and rates of states.
-
-        See `recurrences`. None where M is constant: then the right-hand side says it all.
-        """
-        equations = self._equations
-        if self._fixed_mass:
-            return None
-        weights, rates = squares(equations), vector_writes("rate", equations.state_rates)
-        if weights is None:
-            return Draft(
-                self._moving, (*vector_writes("force", equations.forces), *matrix_writes(equations.mass), *rates)
-            )
-        places = list(weights)
-        rows = zip(equations.applied, equations.dissipative, equations.conservative, strict=True)
-        entries = {
-            (a, b): weights[place].get(places[b], se.Integer(0)) for a, place in enumerate(places) for b in range(a + 1)
-        }
-        forces = vector_writes("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
-        turning = vector_writes("turning", [g for _, g in places])
-        weighing = ((Slot("weight", place), value) for place, value in entries.items())
-        return Draft(self._moving, (*forces, *turning, *weighing, *rates))
+        """M and f for the recurrences; None where M is constant: then the right-hand side says it all."""
+        return None if self._fixed_mass else balance(self._equations)
 
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
@@ -184,6 +165,26 @@ def switching(equations: Equations) -> Draft:
     """What changes sign at the conditions in time, its slope and how it bends: see `Switches.rows`."""
     values = [value for row in equations.switches.rows() for value in row]
     return Draft(tuple(equations.switches.definitions.expressions.items()), vector_writes("values", values))
+
+
+def balance(equations: Equations) -> Draft:
+    """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; and rates of states.
+
+    See `recurrences`.
+    """
+    weights, rates = squares(equations), vector_writes("rate", equations.state_rates)
+    moving = equations.moving_quantities
+    if weights is None:
+        return Draft(moving, (*vector_writes("force", equations.forces), *matrix_writes(equations.mass), *rates))
+    places = list(weights)
+    rows = zip(equations.applied, equations.dissipative, equations.conservative, strict=True)
+    entries = {
+        (a, b): weights[place].get(places[b], se.Integer(0)) for a, place in enumerate(places) for b in range(a + 1)
+    }
+    forces = vector_writes("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
+    turning = vector_writes("turning", [g for _, g in places])
+    weighing = ((Slot("weight", place), value) for place, value in entries.items())
+    return Draft(moving, (*forces, *turning, *weighing, *rates))
 
 
 def _sparse(values: Iterable[Any]) -> dict[int, Any]:

@@ -3,7 +3,7 @@
 Golub & Van Loan, Matrix Computations, section 4.1; M is positive definite for physics, so there is no pivoting.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -66,6 +66,18 @@ def factorize(mass: Mapping[tuple[int, int], Any], n: int, name: Name) -> Factor
                 if i > k and i not in below.setdefault(k, []):
                     below[k].append(i)
     return Factors(tuple(assignments), lower, tuple(inverse))
+
+
+def steps(mass: Iterable[tuple[int, int]], n: int) -> int:
+    """How many entries the factors have below the diagonal, and products of two of a column are taken for them."""
+    below: list[set[int]] = [set() for _ in range(n)]
+    for k, j in mass:
+        if k != j:
+            below[j].add(k)
+    for rows in below:
+        if rows:
+            below[min(rows)] |= rows - {min(rows)}
+    return sum(len(rows) * (len(rows) + 3) // 2 for rows in below)
 
 
 def solve(

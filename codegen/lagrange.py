@@ -6,6 +6,7 @@ f = Q - dPhi/dqdot + dL/dq - (d^2 L/dqdot dq) qdot - d/dt of dL/dqdot at fixed q
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import symengine as se
@@ -13,6 +14,7 @@ import symengine as se
 from qddot.codegen.calculus import Definitions, Vector, by, dot
 from qddot.codegen.constrained import Constraints, derive_constraints
 from qddot.codegen.convert import convert, symbol
+from qddot.codegen.elimination import steps
 from qddot.codegen.motion import Motion
 from qddot.codegen.rewrite import Names
 from qddot.codegen.switches import Switches
@@ -20,6 +22,10 @@ from qddot.model.contents import accelerations, as_prescribed, declared
 from qddot.model.definitions import as_expression
 from qddot.model.events import event_expressions
 from qddot.model.system import ModelError, System
+
+#: Steps of an elimination that is written out, at most, or of one whose factors are sparse, so many a coordinate; see
+#: `elimination.steps`.
+_LONGEST_ELIMINATION, _SPARSE = 400, 10
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,14 @@ class Equations:
     def moving_quantities(self) -> tuple[tuple[Any, Any], ...]:
         """Those that are not."""
         return tuple(item for item in self.definitions.expressions.items() if not self.parameter_only(item[1]))
+
+    @cached_property
+    def solved_at_run_time(self) -> bool:
+        """Whether a function of the runner solves for accelerations: of constraints, or of many coupled coordinates."""
+        if self.constraints or self.mass_matrix != "configuration-dependent":
+            return bool(self.constraints)
+        n = len(self.coordinates)
+        return steps(self.mass, n) > max(_LONGEST_ELIMINATION, _SPARSE * n)
 
     @property
     def mass_matrix(self) -> str:

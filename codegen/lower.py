@@ -80,7 +80,7 @@ def lower_rhs(equations: Equations) -> Kernel:
 
 def _refuse_names(equations: Equations) -> None:
     for role, symbol in declared(equations.system):
-        solving = solving_names() if equations.constraints else frozenset()
+        solving = solving_names() if equations.solved_at_run_time else frozenset()
         if str(symbol) in reserved() | solving | (taken() if role == "table" else frozenset()):
             raise ModelError(
                 f"model {equations.system.name}: {role} {str(symbol)!r} would shadow a name that the generated kernels "
@@ -98,12 +98,13 @@ class _Lowering:
         base = (*equations.parameters, *equations.state, *equations.channels, equations.time)
         self.author = frozenset(equations.definitions.expressions)
         tables = (name for table in equations.system.tables for name in table.names)
-        solution = (*equations.solution, *solving_names()) if equations.constraints else ()
+        solves = equations.solved_at_run_time
+        solution = (*equations.solution, *solving_names()) if solves else ()
         self.names = Names([*reserved(), *base, *self.author, *tables, *solution])
-        self.drafts = ConstrainedDrafts(equations) if equations.constraints else Drafts(equations, self.names)
+        self.drafts = ConstrainedDrafts(equations) if solves else Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
         self._positions = vector_writes("values", equations.positions.values())
-        self.reads: frozenset[Any] = frozenset(base) | (equations.solution if equations.constraints else frozenset())
+        self.reads: frozenset[Any] = frozenset(base) | (equations.solution if solves else frozenset())
         self.assignments: tuple[Assignment, ...] = ()
         self._assign(self.drafts.parameter_assignments)
 

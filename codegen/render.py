@@ -69,7 +69,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
                 (e.name, int(e.direction), e.terminal, e.meaning, tuple(map(str, e.then)))
                 for e in equations.system.events
             ],
-            solving=runtime_names(body) if constraints else (),
+            solving=runtime_names(body, equations),
             functions=functions,
             lookups=lookups(program),
         )
@@ -136,7 +136,8 @@ def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> I
     columns = [(slot, e) for slot, e in kernel.writes if slot.argument in COLUMNS and e != 0]
     others = [(slot, e) for slot, e in kernel.writes if slot.argument not in (*SYSTEM, *COLUMNS)]
     reports = bool(kernel.used & solved.keys() - set(equations.accelerations))
-    sizes = len(equations.coordinates), len(equations.constraints), program.width(name)
+    width = program.width(name) if name in ("jacobian", "input_jacobian") else 0
+    sizes = len(equations.coordinates), len(equations.constraints), width
     called = calls(name, *sizes, reports=reports)
     behind = 2 * sizes[0]  # rows of matrices behind those that are solved for
     solved_for = sizes[0] * sizes[2] if columns else 0
@@ -183,7 +184,7 @@ def rank(program: Program, kernel: Kernel) -> dict[Any, int]:
     equations = program.equations
     moving = (*equations.state, equations.time)
     assigned = tuple(symbol for symbol, _ in kernel.temporaries)
-    solution = (*equations.accelerations, *equations.constraints.multipliers) if equations.constraints else ()
+    solution = (*equations.accelerations, *equations.constraints.multipliers) if equations.solved_at_run_time else ()
     order = (*moving, *solution, *assigned, *program.channels, *equations.parameters, *program.constants)
     rank: dict[Any, int] = {}
     for symbol in order:

@@ -114,8 +114,12 @@ def _bare_module() -> str:
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
     single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
-    tables = dict.fromkeys((*rows, "constraints", "solving", "events"), ())
-    dicts: dict[str, dict[str, tuple[()]]] = {"parameter_sets": {}, "patterns": dict.fromkeys(MATRICES, ())}
+    tables = dict.fromkeys((*rows, "constraints", "events"), ())
+    dicts: dict[str, dict[str, tuple[()]]] = {
+        "parameter_sets": {},
+        "solving": {},
+        "patterns": dict.fromkeys(MATRICES, ()),
+    }
     return (
         environment("python")
         .get_template("kernels.py.jinja")

@@ -285,7 +285,7 @@ def jacobian(t, state, inputs, constants, values):
     values[0] = 1.0  # [0, 3]
     values[1] = 1.0  # [1, 4]
     values[2] = 1.0  # [2, 5]
-    derivatives(constraint_matrix, workspace, forces, drifts, values[3:])
+    derivatives(constraint_matrix, workspace, forces, drifts, values, 3)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -346,7 +346,7 @@ def input_jacobian(t, state, inputs, constants, values):
     accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
 
     forces[0, 0] = 1.0
-    derivatives(constraint_matrix, workspace, forces, drifts, values[0:])
+    derivatives(constraint_matrix, workspace, forces, drifts, values, 0)
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

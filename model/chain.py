@@ -1,6 +1,6 @@
 """A chain of n equal masses joined by springs and dampers, shaken at one end."""
 
-from sympy import Rational, Symbol, symbols
+from sympy import Add, Rational, Symbol, symbols
 
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
@@ -21,9 +21,9 @@ def system(n: int = 10) -> System:
             Parameter(c, 1.0, "N s/m", "damping of each damper"),
         ),
         inputs=(Input(w, "m", "displacement of the base"),),
-        kinetic_energy=sum(half * m * v**2 for v in qdot),
-        potential_energy=sum(half * k * (q[i] - left[i]) ** 2 for i in range(n)),
-        dissipation=sum(half * c * (qdot[i] - left_rate[i]) ** 2 for i in range(n)),
+        kinetic_energy=Add(*(half * m * v**2 for v in qdot)),
+        potential_energy=Add(*(half * k * (q[i] - left[i]) ** 2 for i in range(n))),
+        dissipation=Add(*(half * c * (qdot[i] - left_rate[i]) ** 2 for i in range(n))),
         outputs=(
             Output(Symbol("base_force"), k * (w - q[0]) + c * (wdot - qdot[0]), "N", "force of the base on the chain"),
         ),

@@ -76,8 +76,8 @@ def accelerations(M, G, right, residuals, q, work):
 
 
 @compiled(**LEAN)
-def derivatives(G, work, forces, drifts, values):
-    """Write derivatives of accelerations (n, columns) to `values`, row by row, after `accelerations`.
+def derivatives(G, work, forces, drifts, values, start=0):
+    """Write derivatives of accelerations (n, columns), row by row, to `values` from `start` on, after `accelerations`.
 
     forces (n, columns), drifts (m, columns): the derivatives of what M a + G' l and G a are, at fixed a and l.
     """
@@ -90,7 +90,7 @@ def derivatives(G, work, forces, drifts, values):
             right[n + j] = drifts[j, column]
         solve(G, work, right)
         for i in range(n):
-            values[i * columns + column] = right[i]
+            values[start + i * columns + column] = right[i]
 
 
 @compiled(**LEAN)

@@ -29,13 +29,13 @@ def equations(typing_context: Any, n: Any, m: Any) -> Any:
     """
     rows, columns = n.literal_value, m.literal_value
     shapes = (rows, rows), (columns, rows), (rows + columns,), (columns,), (rows,), (work_size(rows, columns),)
-    return _tuple_of(shapes, n, m)
+    return tuple_of(shapes, n, m)
 
 
 @intrinsic(prefer_literal=True)
 def outcome(typing_context: Any, n: Any, m: Any) -> Any:
     """Arrays on the stack for what `report` tells: multipliers (m,), reactions (n,)."""
-    return _tuple_of(((m.literal_value,), (n.literal_value,)), n, m)
+    return tuple_of(((m.literal_value,), (n.literal_value,)), n, m)
 
 
 @intrinsic(prefer_literal=True)
@@ -49,7 +49,8 @@ def blank(typing_context: Any, rows: Any, columns: Any) -> Any:
     return _array(shape)(rows, columns), emit
 
 
-def _tuple_of(shapes: tuple[tuple[int, ...], ...], *arguments: Any) -> Any:
+def tuple_of(shapes: tuple[tuple[int, ...], ...], *arguments: Any) -> Any:
+    """Type and code, as `intrinsic` wants them, of arrays of zeros on the stack."""
     kinds = types.Tuple([_array(shape) for shape in shapes])
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
