@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import mpmath
 import pytest
+import symengine as se
 import sympy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -93,6 +94,9 @@ def lowered(made):
 def evaluated(program, kernel, point):
     """What a kernel writes at a point, slowly, by slot."""
     values = {symbol.name: float(value) for symbol, value in point.items()}
+    switches, known = program.equations.switches, {se.Symbol(name): value for name, value in values.items()}
+    for side, function in switches.functions.items():
+        values[str(side)] = float(switches.definitions.substitute([function], known)[0] > 0)
     constants = program.kernels["constants"].evaluate(values)
     values |= {str(name): constants[f"constants[{i}]"] for i, name in enumerate(program.constants)}
     return program.kernels[kernel].evaluate(values)
