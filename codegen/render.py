@@ -16,7 +16,7 @@ from qddot.codegen.lower import Program
 from qddot.codegen.printer import Printer
 from qddot.codegen.ranges import compressed, kind
 from qddot.codegen.recurrences_motion import recurrences
-from qddot.codegen.skeleton import HEADS, MATRICES, Function, function
+from qddot.codegen.skeleton import HEADS, MATRICES, Function, copying, function
 from qddot.model.constraints import Constraint
 from qddot.model.contents import accelerations
 
@@ -105,17 +105,12 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
     writes = list(enumerate(kernel.writes))[copied:]
     target = HEADS[name][0][-1]
     paragraphs = (
-        _copying(copied, target),
+        copying(copied),
         _unpacked(program, name, kernel.replace(kernel.temporaries, kernel.writes[copied:])),
         tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
         tuple(f"{target}[{k}] = {printer(value)}{_place(slot)}" for k, (slot, value) in writes),
     )
     return function(name, paragraphs, states=bool(program.equations.states))
-
-
-def _copying(count: int, target: str) -> tuple[str, ...]:
-    """What copies the parameters: a loop, since numba takes seconds to compile what a slice checks of their shapes."""
-    return (f"for place in range({count}):", f"    {target}[place] = parameters[place]") if count else ()
 
 
 def _place(slot: Slot) -> str:

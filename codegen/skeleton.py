@@ -87,6 +87,11 @@ def function(name: str, paragraphs: Iterable[tuple[str, ...]], *, states: bool =
     )
 
 
+def copying(count: int) -> tuple[str, ...]:
+    """What copies the parameters: a loop, since numba takes seconds to compile what a slice checks of their shapes."""
+    return (f"for place in range({count}):", "    constants[place] = parameters[place]") if count else ()
+
+
 @cache
 def reserved() -> frozenset[str]:
     """Names that a model's symbols must not have: those the functions of a generated module use beside its symbols.
@@ -95,6 +100,8 @@ def reserved() -> frozenset[str]:
     """
     functions = (node for node in ast.parse(_bare_module()).body if isinstance(node, ast.FunctionDef))
     found = {name for node in functions for name in _names(node)}
+    copied = ast.walk(ast.parse("\n".join(copying(1))))
+    found |= {node.id for node in copied if isinstance(node, ast.Name)}
     return frozenset(found | set(_printed()))
 
 
