@@ -180,7 +180,7 @@ def test_numbers_are_taken_of_a_run_as_they_are_called():
     assert number(measure="least") == pytest.approx(-0.01, rel=1e-6)
     assert number(measure="range") == pytest.approx(0.02, rel=1e-6)
     assert number(measure="largest", after=0.01, before=0.05) == pytest.approx(
-        0.01 * np.sin(4 * np.pi * 0.049), rel=1e-6
+        0.01 * np.sin(4 * np.pi * 0.05), rel=1e-6
     )
     assert number(measure="rms") == pytest.approx(0.01 / np.sqrt(2), rel=1e-3)
     assert number(measure="at", at=0.1234) == pytest.approx(0.01 * np.sin(4 * np.pi * 0.1234), rel=1e-6)
