@@ -82,7 +82,10 @@ def stiffness(k):
 def command(name, **given):
     """The exit status of a command, given as a person would who leaves out the rest."""
     own = {
-        "run": {"study": Path("study.toml"), "into": Path("results"), "figure": False, "settings": [], "row": None},
+        "run": {
+            "study": Path("study.toml"), "into": Path("results"), "figure": False, "settings": [], "row": None,
+            "watch": False,
+        },
         "batch": {
             "study": Path("sweep.toml"), "out": None, "figure": False, "settings": [], "workers": None,
             "scheduler": None, "fresh": False, "keep_kernels": False,

@@ -97,15 +97,20 @@ def test_a_run_that_diverged_is_reported_as_failed_before_any_table(ran, folder)
         assert "diverged" in data.attrs["message"]
 
 
-def test_the_figure_of_a_partial_run_says_so(models, folder, ran):
-    from qddot.runner.commands.run import _curves
-    from qddot.runner.study.read import read
+def test_the_figure_of_a_partial_run_says_so(models, folder, tmp_path, capsys):
+    from qddot.runner.commands.run import run
 
-    study = read(folder / "runaway.toml", {})
-    run = qddot.run_study(folder / "runaway.toml", on_failure="return")
-    assert not run.success
-    assert "partial" in ran[0].stdout.splitlines()[0]
-    assert _curves(study, run, folder, "A runaway (partial)").title.endswith("(partial)")
+    drawn = []
+
+    class Drawing:
+        def begin(self, picture, path):
+            drawn.append(picture)
+
+        def finish(self):
+            pass
+
+    assert run(folder / "runaway.toml", tmp_path, Drawing(), [], None) == 1
+    assert drawn[0].title.startswith("A runaway (partial: up to t = ")
 
 
 def test_compiling_is_told_once_and_warm_runs_are_silent(ran):
