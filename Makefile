@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STUDY ?= studies/one_shot.toml
 STORE ?= results/$(basename $(notdir $(STUDY))).zarr
-PYTEST ?= -q -n auto
+PYTEST ?= -q -n auto --dist loadfile
 BENCH ?=
 
 .PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper gallery lint format bench clean
