@@ -1,13 +1,14 @@
 """Which options a method takes: what is given and not meant for it is refused by name, for nothing is ignored."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from functools import cache
 
 from qddot.runner.method import Method
 from qddot.runner.methods import METHODS
 from qddot.runner.options import TABLE, Options
 
 
+@cache
 def taken(method: Method, *, many: bool = False) -> tuple[str, ...]:
     """The options that a method takes, in one run or in many at once."""
     takers = {name: option.many if many else option.takers for name, option in TABLE.items()}
@@ -23,7 +24,10 @@ def fitted(options: Options, method: Method) -> Options:
     for name in TABLE:
         if name not in own and getattr(options, name) is not None:
             raise ValueError(f"{name}: {misfit(method, own, name)}")
-    return replace(options, **{name: TABLE[name].default for name in own if getattr(options, name) is None})
+    filled = object.__new__(Options)  # what is given was checked, and defaults need no check
+    given = {name: getattr(options, name) for name in TABLE}
+    vars(filled).update(given | {name: TABLE[name].default for name in own if given[name] is None})
+    return filled
 
 
 def misfit(method: Method, own: Iterable[str], name: str, instead: str = "") -> str:
