@@ -133,9 +133,15 @@ class Solution(Columns):
     @property
     def events(self) -> "EventLog":
         """The events of the run, see `runner.frame.events.EventLog`; ValueError where none was watched for."""
-        if not self.extras or "events" not in self.extras:
+        if not self.event_names:
             raise ValueError("this run watched for no events; give simulate some, events=[qddot.crossing(...)]")
-        return self.extras["events"]
+        log: EventLog = (self.extras or {})["events"]
+        return log
+
+    @property
+    def event_names(self) -> tuple[str, ...]:
+        """Names of the events that were watched for."""
+        return self.extras["events"].names if self.extras and "events" in self.extras else ()
 
     @property
     def success(self) -> bool:
@@ -223,12 +229,8 @@ class Solution(Columns):
             ended |= {"failed_at": float(self.failed_at)} if np.isfinite(self.failed_at) else {}
             ended |= {"failed_state": self.failed_state} if self.failed_state else {}
         looked_at = {f"headline {kind}": " ".join(names) for kind, names in self.headlines.items()}
-        happened = {f"event {name}": times for name in self._event_names if (times := self.events.times(name)).size}
+        happened = {f"event {name}": times for name in self.event_names if (times := self.events.times(name)).size}
         return {**self.metadata, **ended, **counts, **looked_at, **happened}
-
-    @property
-    def _event_names(self) -> tuple[str, ...]:
-        return self.events.names if self.extras and "events" in self.extras else ()
 
     def to_xarray(self) -> "xarray.Dataset":
         """The run as a data set: one variable (time,) for each quantity, with the attributes units and long_name."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.frame.events import ActingCrossing, EventLog, names_of
+from qddot.runner.frame.search import crossed
 from qddot.runner.inputs.reader import sample
 from qddot.runner.load import Model
 from qddot.runner.options import Options
@@ -70,6 +71,7 @@ class _Run:
         self._acts: list[list[float]] = [[] for _ in acting.rows]
         self._at_once: list[tuple[float, int, Vector]] = []
         self._status, self._acted, self._piled = Status.RUNNING, False, ""
+        self._own = tuple(_own_events(acting))
 
     def go_on(self) -> bool:
         """Run a stretch and let the event at its end act; whether there is another."""
@@ -108,24 +110,16 @@ class _Run:
         times = next((times for times in self._acts if times and times[-1] == self._t), [])
         if len(times) > 1 and self._method.adaptive and times[-1] > times[-2]:
             changed["first_step"] = min(given.first_step or np.inf, times[-1] - times[-2])
-        return replace(given, events=(*self._events_to_come(), *self._own_events()), **changed)
+        return replace(given, events=(*self._events_to_come(), *self._own), **changed)
 
     def _events_to_come(self) -> Iterator[Any]:
         """The events that were asked for; those that end the run at a later crossing know of the earlier ones."""
         for i, event in enumerate(self._options.events):
-            seen = sum(int(np.count_nonzero(found.extras["events"].event == i)) for found in self._found)
-            yield replace(event, terminal=int(event.terminal) - seen) if event.terminal and seen else event
-
-    def _own_events(self) -> Iterator[ActingCrossing]:
-        for index, row in enumerate(self._acting.rows):
-            yield ActingCrossing(
-                direction=row.direction,
-                terminal=row.terminal or bool(row.sets),
-                name=row.name,
-                events=self._acting.kernel,
-                count=self._acting.count,
-                index=index,
-            )
+            if int(event.terminal) > 1:
+                seen = sum(int(np.count_nonzero(found.extras["events"].event == i)) for found in self._found)
+                yield replace(event, terminal=int(event.terminal) - seen)
+            else:
+                yield event
 
     def _act(self, first: int) -> bool:
         """Let an event act, and those that happen at the same instant or are set off; whether the run goes on."""
@@ -160,7 +154,7 @@ class _Run:
         return [
             k
             for k, row in enumerate(self._acting.rows)
-            if (row.sets or row.terminal) and _crosses(before[k], after[k], row.direction)
+            if (row.sets or row.terminal) and crossed.py_func(before[k], after[k], row.direction)
         ]
 
     def _values(self, t: float, x: Vector) -> Vector:
@@ -208,16 +202,24 @@ class _Run:
         return EventLog(t[order], event[order], states[order], names)
 
 
+def _own_events(acting: Acting) -> Iterator[ActingCrossing]:
+    """The events of the model; those that act end a stretch."""
+    for index, row in enumerate(acting.rows):
+        yield ActingCrossing(
+            direction=row.direction,
+            terminal=row.terminal or bool(row.sets),
+            name=row.name,
+            events=acting.kernel,
+            count=acting.count,
+            index=index,
+        )
+
+
 def _piles_up(times: Sequence[float]) -> bool:
     """Whether an event comes sooner after the one before each time, and now very soon."""
     waits = np.diff(times[-PILE - 1 :])
     falling = len(waits) == PILE and bool((np.diff(waits) < 0.0).all())
     return falling and bool(waits[-1] < LIMIT * (times[-1] - times[0]))
-
-
-def _crosses(before: float, after: float, direction: int) -> bool:
-    rising, falling = before < 0.0 <= after, before > 0.0 >= after
-    return bool((direction >= 0 and rising) or (direction <= 0 and falling))
 
 
 def acting_of(model: Model) -> Acting | None:

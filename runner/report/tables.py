@@ -64,10 +64,8 @@ def not_finite(solution: Solution) -> list[str]:
 
 def happened(solution: Solution) -> list[str]:
     """A line for each event that was watched for: how often it happened, first and last."""
-    if not solution.extras or "events" not in solution.extras:
-        return []
     lines = []
-    for name in solution.events.names:
+    for name in solution.event_names:
         times = solution.events.times(name)
         when = [f"at {times[0]:.6g} s"] if times.size == 1 else []
         when = [f"first at {times[0]:.6g} s", f"last at {times[-1]:.6g} s"] if times.size > 1 else when
