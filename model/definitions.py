@@ -20,6 +20,10 @@ class LoopError(ValueError):
         super().__init__(" needs ".join(map(str, loop)))
         self.loop = loop
 
+    def __reduce__(self) -> tuple[type["LoopError"], tuple[tuple[Symbol, ...]]]:
+        """Made of its symbols again, not of what it says."""
+        return LoopError, (self.loop,)
+
 
 def definitions(system: "System") -> dict[Symbol, Expr]:
     """Symbol -> expression of every quantity as declared, each one's rate behind it, then the rates of states."""
