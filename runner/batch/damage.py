@@ -48,9 +48,13 @@ def damaged_files(store: Store) -> list[str]:
         _check_layout(store)
         return [store.RECORD]
     own = {name: _json(store.path / name / "zarr.json") for name in record["variables"]}
-    found = [] if _is_whole_root(store, record, own) else ["zarr.json"]
+    root = _json(store.path / "zarr.json")
+    packed = {name: _said_at_root(root, name).get("codecs") for name in own}
+    differing = {name for name, codecs in packed.items() if own[name] and codecs != own[name].get("codecs")}
+    found = ["zarr.json"] if differing or not _is_whole_root(store, record, root) else []
     for name, view in record["variables"].items():
         whole = _holds(seen(own[name]), view)
+        whole = whole and (packed[name] is None or name not in differing)  # which of the two is right?
         if name in record["coordinates"]:
             whole = whole and _digest_of(store, name) == record["coordinates"][name]
             found += [] if whole else [name]
@@ -59,19 +63,18 @@ def damaged_files(store: Store) -> list[str]:
     return found
 
 
-def _is_whole_root(store: Store, record: Mapping[str, Any], own: Mapping[str, Mapping[str, Any]]) -> bool:
-    """Whether the metadata at the root say what they should: of the batch, and of each array what its own say."""
-    root = _json(store.path / "zarr.json")
-    inside = root.get("consolidated_metadata")
-    inside = inside.get("metadata") if isinstance(inside, dict) else None
-    inside = inside if isinstance(inside, dict) else {}
-    alike = all(
-        _holds(seen(inside.get(name)), view)
-        and isinstance(inside.get(name), dict)
-        and (not own[name] or inside[name].get("codecs") == own[name].get("codecs"))
-        for name, view in record["variables"].items()
-    )
+def _is_whole_root(store: Store, record: Mapping[str, Any], root: Mapping[str, Any]) -> bool:
+    """Whether the metadata at the root say what they should, of the batch and of each array."""
+    alike = all(_holds(seen(_said_at_root(root, name)), view) for name, view in record["variables"].items())
     return alike and _holds(root.get("attributes"), record["attributes"]) and _opened(store.path) is not None
+
+
+def _said_at_root(root: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """What the metadata at the root say of an array, nothing where they do not."""
+    found: Any = root
+    for key in ("consolidated_metadata", "metadata", name):
+        found = found.get(key) if isinstance(found, Mapping) else None
+    return found if isinstance(found, Mapping) else {}
 
 
 def damage_of(store: Store) -> Damage:
