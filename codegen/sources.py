@@ -36,7 +36,7 @@ class Source:
 
 def shipped_names() -> tuple[str, ...]:
     """Names of the models in model/: the files that define a function `system`, in alphabetical order."""
-    return tuple(sorted(path.stem for path in _MODELS.glob("*.py") if "\ndef system(" in path.read_text("utf-8")))
+    return tuple(file.stem for file in origin.shipped_files())
 
 
 def shipped(name: str) -> System:

@@ -90,10 +90,15 @@ def model_file(name: str) -> Path | None:
     return file if name.isidentifier() and is_model(file) else None
 
 
+def shipped_files() -> tuple[Path, ...]:
+    """The models that come with qddot, in alphabetical order."""
+    return tuple(file for file in sorted(_models().glob("*.py")) if is_model(file))
+
+
 @cache
 def generator() -> str:
     """The digest of all that makes a module of a model: the generator and what models are written with."""
-    rooms = [_room("qddot.codegen"), _models()]
+    rooms = [room("qddot.codegen"), _models()]
     texts = (file for room in rooms for file in sorted(room.rglob("*.*")) if file.suffix in (".py", ".jinja"))
     return hashlib.sha256("".join(digest(file) for file in texts if shipped(file) is None).encode()).hexdigest()
 
@@ -108,10 +113,10 @@ def _header(module: bytes) -> Iterator[bytes]:
 @cache
 def _models() -> Path:
     """The folder of the models that come with qddot."""
-    return _room(_SHIPPED)
+    return room(_SHIPPED)
 
 
-def _room(name: str) -> Path:
+def room(name: str) -> Path:
     """The folder of a package, which is not imported."""
     spec = find_spec(name)
     places = (spec.submodule_search_locations if spec is not None else None) or [""]
