@@ -7,7 +7,6 @@ from contextlib import contextmanager
 #: Library -> the extra that brings it.
 EXTRAS = {
     "matplotlib": "report",
-    "plotly": "report",
     "latex2mathml": "report",
     "zarr": "batch",
     "dask": "cluster",

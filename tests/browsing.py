@@ -53,11 +53,3 @@ def browsed(page, place, *options):
     command += ["--virtual-time-budget=5000", f"file://{page}{place}"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-
-
-def measured(page, into, *options):
-    """Whether a page is wider than its screen, and what it said on its console; a copy that measures goes to `into`."""
-    check = "document.documentElement.dataset.wide = document.documentElement.scrollWidth > innerWidth;"
-    into.write_text(page.read_text().replace('.dataset.ready = "yes";', f'.dataset.ready = "yes";{check}'))
-    document, console = browsed(into, "", *options)
-    return 'data-wide="false"' not in document, console

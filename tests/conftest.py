@@ -23,6 +23,20 @@ def pytest_collection_modifyitems(config, items):
         items[:] = [item for item in items if not item.get_closest_marker("long")]
 
 
+@pytest.fixture(scope="session")
+def chromium():
+    """A browser for all tests of a process; they are skipped where there is none."""
+    from browsing import BROWSER
+
+    if BROWSER is None:
+        pytest.skip("no Chromium here: install the system's package `chromium` for tests of pages")
+    from chromium import Chromium
+
+    browser = Chromium()
+    yield browser
+    browser.close()
+
+
 @pytest.fixture(params=MODELS)
 def name(request):
     return request.param

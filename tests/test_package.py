@@ -86,6 +86,7 @@ def test_the_wheel_holds_qddot_alone_with_its_studies_templates_and_equations(wh
     wanted = ["qddot/py.typed", "qddot/generated/m113.tex", "qddot/codegen/templates/kernels.py.jinja"]
     wanted += ["qddot/studies/one_shot.toml", "qddot/studies/library/guns.toml", "qddot/studies/paper/paper.toml"]
     wanted += ["qddot/paper/scene.js", "qddot/paper/scene.css", "qddot/runner/report/page/page.html"]
+    wanted += [f"qddot/runner/report/page/uplot/{name}" for name in ("uPlot.iife.min.js", "uPlot.min.css", "LICENSE")]
     assert set(wanted) <= set(names)
     assert any(name.endswith("LICENSE") for name in names)
 
@@ -165,11 +166,11 @@ def test_running_kernels_needs_numpy_scipy_and_numba_alone(installed):
         "assert solution.success and solution.t[-1] == 1"
     )
     others = ("sympy", "symengine", "jinja2", "ruff", "pydantic", "pint", "rich", "xarray", "netCDF4", "pandas")
-    done = run(installed, "-c", code, blocked=(*others, "matplotlib", "plotly", "zarr", "distributed", "latex2mathml"))
+    done = run(installed, "-c", code, blocked=(*others, "matplotlib", "zarr", "distributed", "latex2mathml"))
     assert done.returncode == 0, done.stderr
 
 
-REPORT = ("matplotlib", "plotly", "latex2mathml")
+REPORT = ("matplotlib", "latex2mathml")
 BATCH = ("zarr", "distributed", "dask", "pyarrow")
 
 

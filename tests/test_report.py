@@ -1,5 +1,6 @@
 """The report: one page that needs nothing else, and that works in a browser where there is one."""
 
+import hashlib
 import json
 import re
 import subprocess
@@ -7,13 +8,15 @@ import sys
 from pathlib import Path
 
 import pytest
-from browsing import BROWSER, WORKED, Reader, browsed, measured
+from browsing import BROWSER, WORKED, Reader, browsed
 
 from qddot.paper.command import PAPER
 from qddot.paper.report import report
 from qddot.report import Section, print_page, table, write_page
 
 ROOT = Path(__file__).parent.parent
+#: Of the file in the package uplot 1.6.32 of npm.
+UPLOT = "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f"
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +72,7 @@ def test_nothing_in_the_data_ends_the_script(tmp_path):
     assert "</script><b>" not in written
     assert "&lt;/title&gt;$x" in written
     assert "&lt;i&gt;" in written
+    assert "uPlot" not in written  # no plot, no library
     with pytest.raises(ValueError, match="JSON"):
         write_page(tmp_path / "page.html", "t", "me", [], [{"y": float("nan")}], None)
 
@@ -77,8 +81,8 @@ def test_in_a_browser_the_plots_are_there_and_nothing_is_complained_of(page):
     document, console = browsed(page, "")
     assert not console
     assert WORKED in document
-    assert document.count('class="main-svg"') >= 3
-    assert len(re.findall(r'class="[^"]*\bjs-line\b', document)) >= 10
+    assert document.count('class="u-wrap"') >= 3
+    assert len(re.findall(r'class="u-series"', document)) >= 10
 
 
 def test_in_a_browser_the_vehicle_moves(page):
@@ -92,11 +96,11 @@ def test_in_a_browser_the_vehicle_moves(page):
     assert placed(playing, "wheel0") != placed(start, "wheel0")  # it turns at once; the first metre is level
 
 
-def test_on_a_phone_and_in_the_dark_nothing_is_wider_than_the_screen(page, tmp_path):
-    for options in (("--window-size=500,900",), ("--window-size=500,900", "--blink-settings=preferredColorScheme=0")):
-        wide, console = measured(page, tmp_path / "checked.html", *options)
-        assert not wide
-        assert not console
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [390, 1400])
+def test_at_any_width_and_in_any_light_nothing_is_wider_than_the_screen(page, chromium, width, dark):
+    chromium.open(f"file://{page}", width, dark=dark, ready="document.documentElement.dataset.ready")
+    assert not chromium.wider_than_its_screen() and not chromium.complaints() and not chromium.asked_for()
 
 
 def test_without_claims_the_command_says_what_to_do(tmp_path):
@@ -130,3 +134,11 @@ def test_a_browser_that_fails_is_named(tmp_path):
     with pytest.raises(OSError, match="false did not print"):
         print_page("/bin/false", tmp_path / "page.html", tmp_path / "report.pdf")
     assert not list(tmp_path.iterdir())
+
+
+def test_the_plotting_library_is_the_one_named_with_its_licence():
+    folder = ROOT / "runner" / "report" / "page" / "uplot"
+    library = folder / "uPlot.iife.min.js"
+    assert hashlib.sha256(library.read_bytes()).hexdigest() == UPLOT
+    assert "(v1.6.32)" in library.read_text().splitlines()[0]
+    assert (folder / "LICENSE").read_text().startswith("The MIT License (MIT)")

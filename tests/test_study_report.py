@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browsing import WORKED, Reader, browsed, measured
+from browsing import Reader
 
 import qddot
 from qddot.runner.commands import report as command
 from qddot.runner.commands.report import report
+from qddot.runner.pictures.picture import Curve, Panel, Picture
 from qddot.runner.report import energy
+from qddot.runner.report.interactive import plots
 
 ROOT = Path(__file__).parent.parent
 
@@ -158,17 +160,80 @@ def test_nothing_that_report_is_given_is_ignored(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
 
 
-def test_in_a_browser_all_plots_show_the_moment_that_is_chosen(page):
-    document, console = browsed(page, "#t=1.25", "--window-size=1400,3000")
-    assert not console
-    assert WORKED in document
-    assert ">1.250 s</output>" in document
-    assert document.count('class="hoverlayer"') >= 5
-    assert len(re.findall(r'class="spikeline', document)) >= 5
+def test_curves_are_told_apart_in_time_however_far_from_zero_and_run_from_left_to_right():
+    x = 1e9 + np.linspace(0, 1, 2001)
+    picture = Picture("", (Panel((Curve(x[::-1], np.sin(x[::-1]), "sine"),), "sine"),))
+    ((trace,),) = ([plot["traces"] for plot in plots(picture)[1]],)
+    assert (np.diff(trace[0]["x"]) > 0).all() and trace[0]["x"][0] == 1e9 and trace[0]["x"][-1] == 1e9 + 1
+    assert trace[0]["y"][0] == pytest.approx(np.sin(1e9), rel=1e-5)
 
 
-@pytest.mark.parametrize("colours", ["0", "1"])
-def test_on_a_phone_in_the_dark_and_in_the_light_nothing_is_wider_than_the_screen(page, tmp_path, colours):
-    options = ("--window-size=500,900", f"--blink-settings=preferredColorScheme={colours}")
-    wide, console = measured(page, tmp_path / "checked.html", *options)
-    assert not wide and not console
+READY = "document.documentElement.dataset.ready"
+SHOWN = "[...document.querySelectorAll('.plot')].map((e) => e.querySelector('.u-series .u-value').textContent)"
+RANGES = "plots.map((e) => [e.plot.scales.x.min, e.plot.scales.x.max])"
+FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def opened(chromium, page, place="", **how):
+    chromium.open(f"file://{page}{place}", ready=READY, **how)
+    chromium.value(FRAMES)
+
+
+def test_in_a_browser_all_plots_show_the_moment_that_is_chosen(page, chromium):
+    opened(chromium, page, "#t=1.25")
+    shown = chromium.value(SHOWN)
+    assert len(shown) >= 5
+    assert {round(float(text.removesuffix("\xa0s")), 2) for text in shown} == {1.25}
+    assert chromium.value("document.querySelector('.cursor output').textContent") == "1.25\xa0s"
+    run = qddot.read_study(page.parent / "study.toml").run()
+    told = chromium.value("plots[1].querySelectorAll('.u-value')[1].textContent")
+    value, unit = told.replace("−", "-").split("\xa0")
+    near = np.array([run.at(t)["z_s"] for t in (1.245, 1.255)]) * 1e3
+    assert unit == "mm" and near.min() <= float(value) <= near.max()
+    assert not chromium.complaints()
+
+
+def test_in_a_browser_keys_move_the_cursor_and_zoom_all_plots(page, chromium):
+    opened(chromium, page, "#t=1")
+    chromium.value("plots[0].focus()")
+    chromium.press("ArrowRight", "ArrowRight")
+    assert chromium.value("Number(document.getElementById('cursor').value)") == pytest.approx(1.04, abs=0.003)
+    chromium.press("+")
+    chromium.value(FRAMES)
+    ranges = chromium.value(RANGES)
+    assert np.ptp(ranges[0]) == pytest.approx(1.0) and all(each == ranges[0] for each in ranges)
+    chromium.press("Escape")
+    chromium.value(FRAMES)
+    assert all(each == [0, 2] for each in chromium.value(RANGES))
+    chromium.press("Tab")
+    assert chromium.value("document.activeElement.closest('.plot') === plots[0]")  # its legend switches curves
+    chromium.press("Enter")
+    assert not chromium.complaints()
+
+
+def test_in_a_browser_dragging_across_a_plot_zooms_all(page, chromium):
+    opened(chromium, page)
+    chromium.value("plots[1].scrollIntoView({block: 'center', behavior: 'instant'})")
+    place = (
+        "(({x, y, width, height}) => [x, y, width, height])(plots[1].querySelector('.u-over').getBoundingClientRect())"
+    )
+    x, y, width, height = chromium.value(place)
+    chromium.drag(*((x + part * width, y + height / 2) for part in (0.25, 0.4, 0.5)))
+    chromium.value(FRAMES)
+    for low, high in chromium.value(RANGES):
+        assert low == pytest.approx(0.5, abs=0.01) and high == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [390, 1400])
+def test_at_any_width_and_in_any_light_a_page_is_quiet_asks_nobody_and_is_no_wider(page, chromium, width, dark):
+    opened(chromium, page, width=width, dark=dark)
+    assert not chromium.complaints() and not chromium.asked_for()
+    assert not chromium.wider_than_its_screen()
+    assert chromium.value("plots.every((e) => e.querySelector('canvas').width > 0)")
+
+
+def test_a_page_is_small_and_painted_at_once(page, chromium):
+    assert page.stat().st_size < 1_000_000
+    opened(chromium, page)
+    assert chromium.first_paint() < 1.0

@@ -69,7 +69,8 @@ def panel_of(lines: Sequence[Line], from_start: Sequence[str] | None = (), apart
     if spacing:
         above = f"{above or axis}; {spacing:g} {scales[units[0]][1]} from line to line"
     several = len({line.said or line.name for line in lines}) > 1
-    return Panel(curves, axis, textwrap.shorten(above, _ABOVE, placeholder=" …"), spacing, several and not spacing)
+    above = textwrap.shorten(above, _ABOVE, placeholder=" …")
+    return Panel(curves, axis, above, spacing, several and not spacing, scales[units[0]][1] if len(units) == 1 else "")
 
 
 def _since_start(line: Line) -> tuple[Vector, tuple[Vector, Vector] | None]:

@@ -32,6 +32,8 @@ class Curve:
 class Panel:
     """Curves over one pair of axes. axis: what stands at the vertical one; above: over the panel, on the left.
 
+    unit: of all values, legible; nothing where there are several, which names tell then.
+
     spacing: the distance between curves that are raised, each of whose levels bears its name; 0: nothing is raised.
     """
 
@@ -40,6 +42,7 @@ class Panel:
     above: str = ""
     spacing: float = 0.0
     legend: bool = True
+    unit: str = ""
 
 
 @dataclass(frozen=True, eq=False)

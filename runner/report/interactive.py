@@ -42,6 +42,7 @@ def _plot(panel: Panel, x: str, name: str) -> dict[str, Any]:
         "name": name,
         "x": x,
         "y": panel.axis,
+        "unit": panel.unit,
         "cursor": True,
         "traces": [_trace(curve) for curve in panel.curves],
     }
@@ -50,15 +51,22 @@ def _plot(panel: Panel, x: str, name: str) -> dict[str, Any]:
 def _trace(curve: Curve) -> dict[str, Any]:
     columns = [curve.values, *(curve.band or ())]
     at = np.unique(np.concatenate([thinned(curve.x, column, POINTS) for column in columns]))
-    trace: dict[str, Any] = {"name": curve.name, "x": _numbers(curve.x[at], 9), "y": _numbers(curve.values[at])}
+    at = at[::-1] if len(at) and curve.x[at[0]] > curve.x[at[-1]] else at  # a page draws from left to right
+    trace: dict[str, Any] = {"name": curve.name, "x": along(curve.x[at]), "y": numbers(curve.values[at])}
     trace["colour"] = COLOURS[curve.colour % len(COLOURS)]
     if curve.dashed:
         trace["dash"] = "dash"
     if curve.band is not None:
-        trace["low"], trace["high"] = (_numbers(edge[at]) for edge in curve.band)
+        trace["low"], trace["high"] = (numbers(edge[at]) for edge in curve.band)
     return trace
 
 
-def _numbers(values: Vector, digits: int = DIGITS) -> list[float | None]:
+def numbers(values: Vector, digits: int = DIGITS) -> list[float | None]:
     """Numbers as a page has them, short; None for those that are not finite, where the curve has a gap."""
     return [float(f"{value:.{digits}g}") if math.isfinite(value) else None for value in values]
+
+
+def along(x: Vector) -> list[float]:
+    """Places along an axis to a millionth of its length or better, however far from 0 it begins."""
+    length = float(np.ptp(x)) if len(x) else 0.0
+    return [float(value) for value in np.round(x, 7 - math.floor(math.log10(length)))] if length else x.tolist()

@@ -12,6 +12,10 @@ from typing import Any
 from qddot.runner.files import written_aside
 
 _HERE = Path(__file__).parent
+#: uPlot 1.6.32 by Leon Sorokin, MIT: the package `uplot` of npm, its licence beside it, unchanged.
+_LIBRARY, _LIBRARY_STYLE = "uplot/uPlot.iife.min.js", "uplot/uPlot.min.css"
+#: What the place of a plot begins with: a page without one has no library.
+_PLOT = '<div class="plot"'
 #: What the last line of the page's script does: nothing before it failed.
 _READY = 'document.documentElement.dataset.ready = "yes";'
 #: The slider of a common time: plots over time with `cursor` show the same moment.
@@ -48,8 +52,6 @@ def write_page(
 
     Raises ValueError where a number in plots or data is not finite.
     """
-    from plotly.offline import get_plotlyjs  # noqa: PLC0415 - slow to import
-
     cursor = CURSOR if any(each.get("cursor") for each in plots) else ""
     contents = "".join(f'<li><a href="#{each.anchor}">{escape(each.title)}</a></li>' for each in sections)
     main = "\n".join(
@@ -58,8 +60,10 @@ def write_page(
         for each in sections
     )
     known = json.dumps({"plots": list(plots), "own": dict(data or {})}, allow_nan=False, separators=(",", ":"))
-    styles = [_file("page.css"), *(each.style for each in sections if each.style)]
-    scripts = [_file("page.js"), *(f"{{\n{each.script}}}" for each in sections if each.script), _READY]
+    library, drawing = (_file(_LIBRARY), (_file("plots.js"), _file("moment.js"))) if _PLOT in main else ("", ())
+    styles = [_file(_LIBRARY_STYLE), _file("page.css"), *(each.style for each in sections if each.style)]
+    own = (f"{{\n{each.script}}}" for each in sections if each.script)
+    scripts = [_file("page.js"), *drawing, *own, _READY]
     text = Template(_file("page.html")).substitute(
         title=escape(title),
         source=escape(source),
@@ -68,7 +72,7 @@ def write_page(
         data=known.replace("<", "\\u003c"),
         style="\n".join(styles),
         script="\n".join(scripts),
-        plotly=get_plotlyjs().replace("</script", "<\\/script"),
+        library=library,
     )
     with written_aside(path) as aside:
         aside.write_text(text, encoding="utf-8")
@@ -118,6 +122,7 @@ def plot(index: int, title: str) -> str:
     """The place of a plot, with its download."""
     return (
         f"<h3>{escape(title)}</h3>\n"
-        f'<div class="plot" data-plot="{index}" role="img" aria-label="{escape(title)}"></div>\n'
+        f'{_PLOT} data-plot="{index}" tabindex="0" role="group" aria-label="{escape(title)}: plot; arrows move the '
+        'cursor, plus and minus zoom, Escape shows all"></div>\n'
         f'<button type="button" data-download="{index}">Download as CSV</button>\n'
     )
