@@ -18,6 +18,7 @@ from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
+from qddot.runner.sparse import LARGE, Factors
 from qddot.runner.switching import sides
 
 Vector = NDArray[np.float64]
@@ -191,7 +192,7 @@ def _newton(
             break
         scale = _nonzero(np.abs(J).max(axis=1))
         step = np.zeros_like(q)
-        step[sought] = np.linalg.lstsq((J / scale[:, None])[:, sought], -r / scale, rcond=SINGULAR)[0]
+        step[sought] = _least((J / scale[:, None])[:, sought], -r / scale)
         for halving in range(MOST_HALVINGS):
             tried = q + 0.5**halving * step
             r_tried = residual(tried)
@@ -201,6 +202,22 @@ def _newton(
             break
         q, r, J = tried, r_tried, jacobian(tried)
     return q, r, J
+
+
+def _least(A: Vector, b: Vector) -> Vector:
+    """The least of the best solutions of A x = b; where A is large and regular, by its sparse factors."""
+    factors = _factors(A)
+    if factors is not None and factors.condition * SINGULAR < 1.0:
+        return factors.solve(b)
+    return np.asarray(np.linalg.lstsq(A, b, rcond=SINGULAR)[0], dtype=np.float64)
+
+
+def _factors(A: Vector) -> Factors | None:
+    if len(A) < LARGE or A.shape[0] != A.shape[1]:
+        return None
+    from scipy.sparse import csc_array  # noqa: PLC0415 - of large models alone
+
+    return Factors(csc_array(A))
 
 
 def _vanishes(r: Vector, J: Vector, q: Vector) -> bool:
@@ -215,7 +232,11 @@ def _free_directions(J: Vector) -> Vector | None:
     """A direction (n,) in which the state moves without force; None where there is none."""
     rows = _nonzero(np.abs(J).max(axis=1))
     columns = _nonzero(np.abs(J / rows[:, None]).max(axis=0))
-    _, singular_values, V = np.linalg.svd(J / rows[:, None] / columns)
+    scaled = J / rows[:, None] / columns
+    factors = _factors(scaled)
+    if factors is not None and len(J) * factors.condition * SINGULAR < 1.0:  # of the 2-norm at most n times as large
+        return None
+    _, singular_values, V = np.linalg.svd(scaled)
     return V[-1] / columns if singular_values[-1] <= SINGULAR * singular_values[0] else None
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
+from qddot.runner.sparse import LARGE, slowest, sparse_matrix
 from qddot.runner.switching import sides
 
 
@@ -23,6 +25,10 @@ class ModesError(ValueError):
 
 #: Imaginary part relative to the magnitude below which an eigenvalue is real.
 REAL = 1e-9
+#: States of a model beyond which all modes are too many, and how many are found then.
+MANY, SLOWEST = 1000, 20
+#: The part of a model's states below which modes are few of many.
+FEW = 0.1
 
 
 @dataclass(frozen=True)
@@ -90,10 +96,12 @@ def modes(
     state: NDArray[np.float64] | None = None,
     inputs: Mapping[str, Signal | float] | None = None,
     t0: float = 0.0,
+    most: int | None = None,
 ) -> Modes:
     """The modes at a state (n_states,), the equilibrium by default, with the inputs at t0; slowest first.
 
-    Of a model with constraints: those of motions that fulfil them.
+    most: so many at most; by default all, of a model of more than 1000 states the slowest 20. Where these are few of
+    many they are found by a sparse solver. Of a model with constraints: those of motions that fulfil them.
     Raises EquilibriumError where there is no static state, ModesError where the equations cannot be linearized at it.
     """
     model, t0 = as_model(model), finite("t0", t0)
@@ -102,21 +110,43 @@ def modes(
     x = rest(model, c, table, t0) if state is None else model.state(state, "state")
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
-    J = model.matrix("jacobian")(t0, x, u, c)
-    if not np.isfinite(J).all():
-        row, column = np.argwhere(~np.isfinite(J))[0]
-        raise ModesError(
-            f"model {model.name}: the equations cannot be linearized: the derivative of the rate of "
-            f"{model.state_names[row]} by {model.state_names[column]} is {J[row, column]} at this state"
-        )
-    allowed = Manifold(model, c, t0, u).tangent(x) if model.tables.constraints else np.eye(len(x))
-    eigenvalues, right = np.linalg.eig(allowed.T @ J @ allowed)
-    shares = np.abs((allowed @ right) * (np.linalg.pinv(right) @ allowed.T).T)
+    J = sparse_matrix(model.matrix("jacobian"), t0, x, u, c)
+    if not np.isfinite(J.data).all():
+        raise ModesError(_not_finite(model, J))
+    most = _wanted(most, len(x))
+    if most < FEW * len(x) and len(x) > LARGE and not model.tables.constraints:
+        try:
+            eigenvalues, shares = slowest(J, most)
+        except ArithmeticError as error:
+            raise ModesError(f"model {model.name}: the slowest {most} modes were not found: {error}") from error
+    else:
+        allowed = Manifold(model, c, t0, u).tangent(x) if model.tables.constraints else np.eye(len(x))
+        eigenvalues, right = np.linalg.eig(allowed.T @ (J @ allowed))
+        shares = np.abs((allowed @ right) * (np.linalg.pinv(right) @ allowed.T).T)
     n = model.tables.coordinates
     shares = np.concatenate([shares[:n] + shares[n : 2 * n], shares[2 * n :]]) / shares.sum(axis=0)
     names = (*model.coordinate_names, *model.state_names[2 * n :])
     found = [_mode(value, shares[:, k], names) for k, value in enumerate(eigenvalues)]
-    return Modes(sorted((mode for mode in found if mode.eigenvalue.imag >= 0), key=lambda mode: mode.natural_frequency))
+    found = [mode for mode in found if mode.eigenvalue.imag >= 0]
+    return Modes(sorted(found, key=lambda mode: mode.natural_frequency)[:most])
+
+
+def _wanted(most: int | None, states: int) -> int:
+    if most is None:
+        return states if states <= MANY else SLOWEST
+    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
+        raise ValueError(f"most = {most!r}, expected a number of modes, 1 or more")
+    return most
+
+
+def _not_finite(model: Model, J: Any) -> str:
+    entries = J.tocoo()
+    k = int(np.flatnonzero(~np.isfinite(entries.data))[0])
+    row, column = (model.state_names[indices[k]] for indices in entries.coords)
+    return (
+        f"model {model.name}: the equations cannot be linearized: the derivative of the rate of {row} by {column} "
+        f"is {entries.data[k]} at this state"
+    )
 
 
 def _mode(value: complex, shares: NDArray[np.float64], names: tuple[str, ...]) -> Mode:

@@ -27,6 +27,7 @@ RUNNER = (
         "files",
         "machine",
         "matrices",
+        "sparse",
         "ranges",
         "tables",
         "pictures",

@@ -72,6 +72,7 @@ _NOTHING_COMPILED = (
     "simulate.py",
     "solution.py",
     "solve.py",
+    "sparse.py",
     "switching.py",
     "takers.py",
 )

@@ -1,4 +1,4 @@
-"""Dense LU with partial pivoting inside compiled code: own loops for small systems, LAPACK for large ones.
+"""LU with partial pivoting inside compiled code: own loops for small systems, LAPACK for large and banded ones.
 
 Matrices are held **by columns**: row j of the array is column j of the matrix, so that every inner loop below runs
 along contiguous memory and LAPACK gets the layout it wants. Nothing is allocated.
@@ -20,20 +20,22 @@ LARGEST_OWN = 32
 
 
 class Lapack(NamedTuple):
-    """Addresses of dgetrf and dgetrs in this process, for compiled code to call; any tuple with these fields serves.
+    """Addresses of two routines in this process, for compiled code to call; any tuple with these fields serves.
 
-    They are data, not part of the code, because a compiled function that held an address could not be cached.
+    They factorize and solve: dgetrf and dgetrs, or of bands dgbtrf and dgbtrs. They are data, not part of the code,
+    because a compiled function that held an address could not be cached.
     """
 
-    getrf: int
-    getrs: int
+    factor_routine: int
+    solve_routine: int
 
 
-def find_lapack(n: int) -> Lapack:
+def find_lapack(n: int, *, banded: bool = False) -> Lapack:
     """Addresses of the LAPACK that SciPy was linked with; zeros where a system of n unknowns needs none."""
     if n <= LARGEST_OWN:
         return Lapack(0, 0)
-    return Lapack(getrf=_address("dgetrf"), getrs=_address("dgetrs"))
+    kind = "gb" if banded else "ge"
+    return Lapack(_address(f"d{kind}trf"), _address(f"d{kind}trs"))
 
 
 def _address(name: str) -> int:
@@ -119,7 +121,7 @@ def _factorize_large(lapack, W, pivots):
     pivots[n - 1], pivots[n - 2] = n, 0
     matrix, exchanges = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data)
     size, info = exchanges + 8 * (n - 1), exchanges + 8 * (n - 2)
-    call(lapack.getrf, (size, size, matrix, size, exchanges, info))
+    call(lapack.factor_routine, (size, size, matrix, size, exchanges, info))
     for k in range(n):
         if not 0.0 < abs(W[k, k]) < np.inf:
             return k
@@ -134,4 +136,41 @@ def _solve_large(lapack, W, pivots, b):
     matrix, exchanges, right = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data), np.int64(b.ctypes.data)
     size = exchanges + 8 * (n - 1)
     info, one, plain = size - 8, size - 16, size - 24
-    call(lapack.getrs, (plain, size, one, matrix, size, exchanges, right, size, info))
+    call(lapack.solve_routine, (plain, size, one, matrix, size, exchanges, right, size, info))
+
+
+@compiled()
+def factorize_band(lapack, W, lower, upper, pivots):
+    """As `factorize`, of a band by columns: W (n, 2 lower + upper + 1), the diagonal at W[:, lower + upper].
+
+    LAPACK's dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info), for n > LARGEST_OWN; what stands in the first `lower` entries
+    of a column does not count.
+    """
+    n, width = W.shape
+    integers = _integers(pivots, n, width, lower, upper)
+    size, below, above, length, info = integers, integers - 8, integers - 16, integers - 24, integers - 32
+    matrix, exchanges = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data)
+    call(lapack.factor_routine, (size, size, below, above, matrix, length, exchanges, info))
+    for k in range(n):
+        if not 0.0 < abs(W[k, lower + upper]) < np.inf:
+            return k
+    return -1
+
+
+@compiled()
+def solve_band(lapack, W, lower, upper, pivots, b):
+    """As `solve`, after `factorize_band`: dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)."""
+    n, width = W.shape
+    integers = _integers(pivots, n, width, lower, upper)
+    size, below, above, length, info = integers, integers - 8, integers - 16, integers - 24, integers - 32
+    one, plain = integers - 40, integers - 48
+    matrix, exchanges, right = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data), np.int64(b.ctypes.data)
+    call(lapack.solve_routine, (plain, size, below, above, one, matrix, length, exchanges, right, size, info))
+
+
+@compiled()
+def _integers(pivots, n, width, lower, upper):
+    """Write what LAPACK wants by address behind the pivots; the address of the first, the others lie before it."""
+    for k, value in enumerate((n, lower, upper, width, 0, 1, ord("N"))):
+        pivots[n - 1 - k] = value
+    return np.int64(pivots.ctypes.data) + 8 * (n - 1)

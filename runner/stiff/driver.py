@@ -95,8 +95,8 @@ def stiff_workplace(
     if recorder is not None:
         refine, s["max_steps"] = DEGREE, recorder.steps
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
-    n = int(space["n"])
-    most_steps = max(4, SLICE_WORK // (100 * n + 10 * n**2 + n**3))
+    n, cells = int(space["n"]), int(space["cells"])
+    most_steps = max(4, SLICE_WORK // (100 * n + 10 * cells + cells * (cells // n)))
     return StiffWorkplace(
         options,
         s,

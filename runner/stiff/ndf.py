@@ -30,7 +30,14 @@ from qddot.runner.stiff.ndf_formulas import (
 )
 from qddot.runner.stiff.ndf_step import form_matrix, take_good_step
 from qddot.runner.stiff.space import F, X, control_type
-from qddot.runner.stiff.system import ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+from qddot.runner.stiff.system import (
+    ROOT_EPS,
+    apply_inverse_mass,
+    multiply_jacobian,
+    set_weights,
+    time_derivative,
+    weighted_norm,
+)
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -52,7 +59,7 @@ CONTROL = control_type(
 @compiled(**INLINE)
 def first_step(space, s, v):
     """Slope and first step at the start of a segment: half the tolerance for the error of backward Euler, h^2 x''/2."""
-    multiply(space, space.pseudo_inverse, v, F, DELTA)
+    apply_inverse_mass(space, s, v, F, DELTA)
     set_weights(v, X)
     s.h_min = 16.0 * np.spacing(abs(s.t))
     s.h = min(s.h_max, max(s.h_min, s.first_step))
@@ -60,10 +67,10 @@ def first_step(space, s, v):
         longest = min(s.h_max, s.segment_end - s.t, s.longest_first)
         s.h = max(matlab_first_step(weighted_norm(s, v, DELTA) / s.rtol, s.rtol, FIRST_ORDER, longest), s.h_min)
         time_derivative(space, s, v, min(ROOT_EPS * max(abs(s.t), abs(s.t + s.h)), s.h), PSI)
-        multiply(space, space.jacobian, v, DELTA, PREDICTED)
+        multiply_jacobian(space, v, DELTA, PREDICTED)
         for i in range(space.n):
             v[PREDICTED, i] += v[PSI, i]
-        multiply(space, space.pseudo_inverse, v, PREDICTED, CORRECTION)
+        apply_inverse_mass(space, s, v, PREDICTED, CORRECTION)
         s.h = max(at_rate(1.25 * np.sqrt(0.5 * weighted_norm(s, v, CORRECTION) / s.rtol), longest), s.h_min)
     s.first_step = 0.0
     for i in range(space.n):

@@ -20,7 +20,15 @@ from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
 from qddot.runner.stiff.loop import take_steps
 from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, take_good_step
 from qddot.runner.stiff.space import F, X, control_type
-from qddot.runner.stiff.system import CENTRAL_BELOW, ROOT_EPS, multiply, set_weights, time_derivative, weighted_norm
+from qddot.runner.stiff.system import (
+    CENTRAL_BELOW,
+    ROOT_EPS,
+    apply_inverse_mass,
+    multiply_jacobian,
+    set_weights,
+    time_derivative,
+    weighted_norm,
+)
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -45,13 +53,13 @@ def first_step(space, s, v):
     s.h = min(s.h, s.longest_first)
     set_weights(v, X)
     part = 0.8 * s.rtol ** (1.0 / ERROR_ORDER)
-    multiply(space, space.pseudo_inverse, v, F, U)
+    apply_inverse_mass(space, s, v, F, U)
     s.h = min(s.h, part / weighted_norm(s, v, U))
     time_derivative(space, s, v, min(ROOT_EPS * max(abs(s.t), abs(s.t + s.h)), s.h), DFDT)
-    multiply(space, space.jacobian, v, U, PAST)
+    multiply_jacobian(space, v, U, PAST)
     for i in range(space.n):
         v[PAST, i] += v[DFDT, i]
-    multiply(space, space.pseudo_inverse, v, PAST, ARGUMENT)
+    apply_inverse_mass(space, s, v, PAST, ARGUMENT)
     s.h = min(s.h, part * np.sqrt(2.0 / weighted_norm(s, v, ARGUMENT)))
 
 

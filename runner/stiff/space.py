@@ -15,6 +15,7 @@ from qddot.runner.machine.pointers import pointer
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem
+from qddot.runner.stiff.band import band_of
 
 #: Rows of the vectors v that every stiff method has: present and new state, f, atol/rtol (relative to at least that an
 #: error counts), the least rtol over that of the state, RELATIVE/(size against which errors count), three rows of
@@ -46,9 +47,12 @@ def control_type(own: list[Any]) -> np.dtype:
 
 #: Fields beside those of every space. jacobian_kernel, 0 where there is none; `entries` values (entries,) of it and
 #: their places in the matrix (entries,), places 0 where it fills the matrix itself; work: the vectors, (rows, n); mass,
-#: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). getrf, getrs: LAPACK's.
+#: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). Where the Jacobian is a band, see `band`, there is no
+#: mass, jacobian and factors are `cells` numbers each, with lower, upper, place_of (n,) and scratch (n,); place_of is 0
+#: where it is none. factor_routine, solve_routine: LAPACK's.
 SPACE = space_layout(
-    "jacobian_kernel entries values places rows mass pseudo_inverse jacobian factors pivots getrf getrs"
+    "jacobian_kernel entries values places rows mass pseudo_inverse jacobian factors pivots "
+    "cells lower upper place_of scratch factor_routine solve_routine"
 )
 
 
@@ -69,20 +73,18 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
 
     Raises ValueError for a mass matrix of the wrong shape, or an atol that is not one number or one for each state.
     """
-    n, mass = len(problem.initial_state), mass_matrix(problem)
+    n, band = len(problem.initial_state), band_of(problem)
     own: dict[str, NDArray[Any]] = {
         "work": _initial_vectors(problem, options, rows),
-        "mass": mass,
-        "pseudo_inverse": mass if problem.mass_matrix is None else _pseudo_inverse(mass),
-        "jacobian": np.zeros((n, n)),
-        "factors": np.zeros((n, n)),
         "pivots": np.zeros(n, dtype=np.int64),
+        **(_dense(problem) if band is None else band.arrays()),
     }
     kernel, entries = 0, 0
     if isinstance(problem.jacobian, PlacedKernel):
-        entries = problem.jacobian.pattern.entries
+        pattern = problem.jacobian.pattern
+        entries = pattern.entries
         kernel = pointer(problem.jacobian.kernel, VECTOR_KERNEL, "jacobian")
-        own |= {"values": np.zeros(entries), "places": problem.jacobian.pattern.places()}
+        own |= {"values": np.zeros(entries), "places": pattern.places() if band is None else band.places(pattern)}
     elif problem.jacobian is not None:
         kernel = pointer(problem.jacobian, MATRIX_KERNEL, "jacobian")
     return make_space(
@@ -94,8 +96,21 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
         entries=entries,
         rows=rows,
         stride=8 * n,
-        **find_lapack(n)._asdict(),
+        cells=own["factors"].size,
+        lower=0 if band is None else band.lower,
+        upper=0 if band is None else band.upper,
+        **find_lapack(n, banded=band is not None)._asdict(),
     )
+
+
+def _dense(problem: Problem) -> dict[str, NDArray[Any]]:
+    n, mass = len(problem.initial_state), mass_matrix(problem)
+    return {
+        "mass": mass,
+        "pseudo_inverse": mass if problem.mass_matrix is None else _pseudo_inverse(mass),
+        "jacobian": np.zeros((n, n)),
+        "factors": np.zeros((n, n)),
+    }
 
 
 def _pseudo_inverse(mass: NDArray[np.float64]) -> NDArray[np.float64]:

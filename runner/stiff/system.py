@@ -11,6 +11,7 @@ from qddot.runner.machine.memory import BLOCK, LEAN, floats, integers
 from qddot.runner.machine.pointers import call_kernel, call_matrix_kernel
 from qddot.runner.machine.sums import any_beyond
 from qddot.runner.matrices import scatter
+from qddot.runner.stiff.band import entry, factorize_shifted_band, multiply_band, set_entry, solve_in_band
 from qddot.runner.stiff.space import (
     DEGREE,
     F_OPPOSITE,
@@ -66,7 +67,7 @@ def kernel_jacobian(space, t):
         call_matrix_kernel(space.jacobian_kernel, t, x, u, c, jacobian)
         return all_finite(space.jacobian, space.n * space.n)
     call_kernel(space.jacobian_kernel, t, x, u, c, floats(space.values, space.entries))
-    scatter(space.values, space.places, space.entries, space.jacobian, space.n * space.n)
+    scatter(space.values, space.places, space.entries, space.jacobian, space.cells)
     return all_finite(space.values, space.entries)
 
 
@@ -80,7 +81,6 @@ def evaluate_jacobian(space, s, v, t, typical_step):
     where errors do not matter, not how far f is smooth.
     """
     n = space.n
-    jacobian = square(space, space.jacobian)
     s.jacobians += 1
     if space.jacobian_kernel != 0 and kernel_jacobian(space, t):
         return
@@ -95,7 +95,7 @@ def evaluate_jacobian(space, s, v, t, typical_step):
         v[SHIFTED, j] = shifted
         evaluate_f(space, s, t, SHIFTED, F_SHIFTED)
         for i in range(n):
-            jacobian[i, j] = (v[F_SHIFTED, i] - v[F, i]) / (shifted - v[X, j])
+            set_entry(space, i, j, (v[F_SHIFTED, i] - v[F, i]) / (shifted - v[X, j]))
         if s.central:
             centre_column(space, s, v, t, j)
         v[SHIFTED, j] = v[X, j]
@@ -104,14 +104,14 @@ def evaluate_jacobian(space, s, v, t, typical_step):
 @compiled(**LEAN)
 def centre_column(space, s, v, t, j):
     """Column j of the Jacobian from v[F_SHIFTED] and f as far on the other side, where that is finite."""
-    jacobian, shifted = square(space, space.jacobian), v[SHIFTED, j]
+    shifted = v[SHIFTED, j]
     v[SHIFTED, j] = v[X, j] - (shifted - v[X, j])
     evaluate_f(space, s, t, SHIFTED, F_OPPOSITE)
     for i in range(space.n):
         if not np.isfinite(v[F_OPPOSITE, i]):
             return
     for i in range(space.n):
-        jacobian[i, j] = (v[F_SHIFTED, i] - v[F_OPPOSITE, i]) / (shifted - v[SHIFTED, j])
+        set_entry(space, i, j, (v[F_SHIFTED, i] - v[F_OPPOSITE, i]) / (shifted - v[SHIFTED, j]))
 
 
 @compiled(**LEAN)
@@ -148,13 +148,12 @@ def find_non_finite(space, s, v):
         v[SHIFTED, i] = v[X, i] + s.h * v[F, i]
     set_inputs(space, s.t + s.h, side_of(s.t, s.h, 1.0))
     evaluate_f(space, s, s.t + s.h, SHIFTED, F_SHIFTED)
-    jacobian = square(space, space.jacobian)
     for i in range(space.n):
         if not (np.isfinite(v[F, i]) and np.isfinite(v[F_SHIFTED, i])):
             return i
     for i in range(space.n):
         for j in range(space.n):
-            if not np.isfinite(jacobian[i, j]):
+            if not np.isfinite(entry(space, i, j)):
                 return i
     return -1
 
@@ -162,26 +161,51 @@ def find_non_finite(space, s, v):
 @compiled(**LEAN)
 def factorize_shifted(space, s, a, b):
     """Factorize a M - b df/dx; s.singular tells whether that failed."""
+    s.singular = factorize_shifted_band(space, a, b) if space.place_of != 0 else _factorize_shifted_dense(space, a, b)
+    s.factorizations += 1
+
+
+@compiled(**LEAN)
+def _factorize_shifted_dense(space, a, b):
     n = space.n
     mass, jacobian, factors = square(space, space.mass), square(space, space.jacobian), square(space, space.factors)
     for j in range(n):
         for i in range(n):
             factors[j, i] = a * mass[i, j] - b * jacobian[i, j]  # by columns
-    s.singular = factorize(space, factors, integers(space.pivots, n)) >= 0
-    s.factorizations += 1
+    return factorize(space, factors, integers(space.pivots, n)) >= 0
 
 
 @compiled(**LEAN)
 def solve_factorized(space, s, row):
     """Overwrite the row of v with the solution of the system last factorized."""
-    n = space.n
-    solve(space, square(space, space.factors), integers(space.pivots, n), states(space, row))
+    if space.place_of != 0:
+        solve_in_band(space, states(space, row))
+    else:
+        solve(space, square(space, space.factors), integers(space.pivots, space.n), states(space, row))
     s.linear_solves += 1
 
 
 @compiled(**LEAN)
-def multiply(space, where, v, row, target):
-    """v[target] = the (n, n) matrix at an address times v[row]."""
+def multiply_jacobian(space, v, row, target):
+    """v[target] = df/dx v[row]."""
+    if space.place_of != 0:
+        multiply_band(space, states(space, row), states(space, target))
+    else:
+        _multiply(space, space.jacobian, v, row, target)
+
+
+@compiled(**LEAN)
+def apply_inverse_mass(space, s, v, row, target):
+    """v[target] = v[row] over the mass matrix, by its pseudo-inverse."""
+    if s.unit_mass:
+        for i in range(space.n):
+            v[target, i] = v[row, i]
+    else:
+        _multiply(space, space.pseudo_inverse, v, row, target)
+
+
+@compiled(**LEAN)
+def _multiply(space, where, v, row, target):
     matrix = square(space, where)
     for i in range(space.n):
         total = 0.0

@@ -1,0 +1,121 @@
+"""Stiff methods on long structures: factors of a band give what those of the whole matrix give, at a cost of n."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+from runs import problem as problem_of
+from runs import run
+
+from qddot.runner.machine.linear_algebra import factorize_band, find_lapack, solve_band
+from qddot.runner.matrices import Pattern, PlacedKernel
+from qddot.runner.stiff import band
+from qddot.runner.stiff.band import Band, band_of
+
+SEED = 20261127
+METHOD_NAMES = ("ode15s", "rodas5p")
+
+
+@njit
+def rhs(t, x, u, c, dx):
+    """x' = A x + (cos t, ..., cos t), with the entries of A, then their rows and columns, in c."""
+    entries = len(c) // 3
+    dx[:] = np.cos(t)
+    for k in range(entries):
+        dx[int(c[entries + k])] += c[k] * x[int(c[2 * entries + k])]
+
+
+@njit
+def jacobian(t, x, u, c, values):
+    values[:] = c[: len(values)]
+
+
+@njit
+def no_jacobian(t, x, u, c, values):
+    values[:] = np.nan
+
+
+def ladder(rng, n, reach):
+    """A stable matrix (n, n) whose entries reach so far from the diagonal, its states shuffled."""
+    A = np.triu(np.tril(rng.normal(size=(n, n)), reach), -reach) * (rng.random((n, n)) < 0.7)
+    A -= np.diag(1.0 + np.abs(A).sum(axis=1) * (1.0 + 100.0 * rng.random(n)))
+    shuffled = rng.permutation(n)
+    return A[np.ix_(shuffled, shuffled)]
+
+
+def problem(A, kernel=jacobian, mass=None):
+    rows, columns = np.nonzero(A)
+    c = np.concatenate([A[rows, columns], rows, columns])
+    pattern = Pattern(A.shape, rows, columns)
+    start = np.linspace(-1.0, 1.0, len(A))
+    return problem_of(rhs, 2.0, start, PlacedKernel(kernel, pattern), mass, c)
+
+
+def ends(A, kernel, name, monkeypatch, narrow):
+    """The last state and the counts of a run; of a problem of its own, since what one works in is used again."""
+    monkeypatch.setattr(band, "NARROW", narrow)
+    posed = problem(A, kernel)
+    assert (band_of(posed) is not None) == (narrow > 0)
+    found = run(name, posed, rtol=1e-5)
+    return found.states[-1], found.statistics
+
+
+@pytest.mark.parametrize("kernel", [jacobian, no_jacobian], ids=["kernel", "differences"])
+@pytest.mark.parametrize("name", METHOD_NAMES)
+def test_a_band_gives_what_the_whole_matrix_gives(name, kernel, monkeypatch):
+    rng = np.random.default_rng(SEED)
+    for n, reach in ((33, 1), (60, 3), (60, 0), (90, 7)):
+        A = ladder(rng, n, reach)
+        (whole, counts), (found, same) = (ends(A, kernel, name, monkeypatch, narrow) for narrow in (0.0, 1 / 3))
+        np.testing.assert_allclose(found, whole, rtol=1e-9, atol=1e-12, err_msg=f"{n} {reach} {SEED}")
+        for count in ("steps", "factorizations", "jacobians", "evaluations"):
+            assert getattr(same, count) == getattr(counts, count)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(33, 80), st.integers(0, 6), st.integers(0, 6))
+def test_factors_of_a_band_solve_as_numpy_does(seed, n, lower, upper):
+    rng = np.random.default_rng(seed)
+    A = np.triu(np.tril(rng.normal(size=(n, n)), upper), -lower)
+    A[np.diag_indices(n)] += rng.choice([0.0, 3.0], n)  # rows are exchanged where it is weak
+    b, W, pivots = rng.normal(size=n), np.zeros((n, 2 * lower + upper + 1)), np.zeros(n, dtype=np.int64)
+    found = Band(np.arange(n), lower, upper)
+    rows, columns = np.nonzero(A)
+    W.ravel()[found.places(Pattern(A.shape, rows, columns))] = A[rows, columns]
+    lapack, x = find_lapack(n, banded=True), b.copy()
+    condition = np.linalg.cond(A)
+    if factorize_band(lapack, W, lower, upper, pivots) < 0 and condition < 1e10:
+        solve_band(lapack, W, lower, upper, pivots, x)
+        np.testing.assert_allclose(x, np.linalg.solve(A, b), rtol=0, atol=1e-14 * condition * np.abs(x).max())
+
+
+@pytest.mark.parametrize("spoil", [0.0, np.nan, np.inf])
+def test_a_band_without_a_pivot_is_reported(spoil):
+    W, pivots = np.ones((40, 1)), np.zeros(40, dtype=np.int64)
+    W[7] = spoil
+    assert factorize_band(find_lapack(40, banded=True), W, 0, 0, pivots) >= 0
+
+
+def test_the_order_of_the_states_does_not_matter():
+    """Cuthill and McKee find the chain again, however its states are shuffled."""
+    rng = np.random.default_rng(SEED)
+    found = band_of(problem(ladder(rng, 200, 1)))
+    assert found is not None
+    assert (found.lower, found.upper) == (1, 1)
+    assert sorted(found.order) == list(range(200))
+
+
+def test_small_wide_and_weighted_systems_stay_whole():
+    rng = np.random.default_rng(SEED)
+    assert band_of(problem(ladder(rng, 32, 1))) is None
+    assert band_of(problem(ladder(rng, 60, 20))) is None
+    assert band_of(problem(ladder(rng, 60, 1), mass=np.eye(60))) is None
+
+
+@pytest.mark.parametrize("name", METHOD_NAMES)
+def test_a_state_whose_row_is_not_finite_is_named(name):
+    """The index is the state's own, not its place in the band."""
+    A = ladder(np.random.default_rng(SEED), 50, 1)
+    A[17, 17] = np.nan
+    assert run(name, problem(A), rtol=1e-4).failed_state == 17
