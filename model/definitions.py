@@ -1,9 +1,9 @@
 """What a model's named symbols stand for: quantities, their rates by the chain rule, and the rates of states."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from sympy import Expr, Symbol, SympifyError, sympify
+from sympy import Add, Expr, Symbol, SympifyError, sympify
 
 from qddot.model.contents import accelerations
 from qddot.model.kinks import cases
@@ -78,3 +78,14 @@ def as_expression(value: object) -> Any:
         return value if isinstance(value, str | bool) else sympify(value)
     except SympifyError:
         return value
+
+
+def as_sum(value: object) -> Any:
+    """As `as_expression`; of a sequence of terms their sum, at a cost of their number, or the first that is no term."""
+    if not isinstance(value, list | tuple | Iterator):
+        return as_expression(value)
+    terms = [as_expression(each) for each in value]
+    for each in terms:
+        if not isinstance(each, Expr):
+            return each
+    return Add(*terms)

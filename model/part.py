@@ -13,7 +13,7 @@ from qddot.model.assumptions import plain
 from qddot.model.constraints import Constraint, Rolling
 from qddot.model.contents import HELD
 from qddot.model.copies import MARK, bound, marked, names_of_copy, renamed, said
-from qddot.model.definitions import LoopError, as_expression, definitions, in_order
+from qddot.model.definitions import LoopError, as_sum, definitions, in_order
 from qddot.model.events import Event
 from qddot.model.joining import SUMS, joined
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, State, System
@@ -65,7 +65,7 @@ class Part:
         for name in ("shared", "events"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         for name in SUMS:
-            value = as_expression(getattr(self, name))
+            value = as_sum(getattr(self, name))
             if not isinstance(value, Expr):
                 what = f"{name.replace('_', ' ')} is a {type(value).__name__}"
                 raise ModelError(f"part {self.name}: {what}, expected a SymPy expression")

@@ -13,7 +13,7 @@ from qddot.model.assumptions import plain, unkept
 from qddot.model.check import problems
 from qddot.model.constraints import Constraint, Rolling, constrained, reaction_symbol, reaction_unit
 from qddot.model.contents import tables
-from qddot.model.definitions import as_expression, definitions, in_order
+from qddot.model.definitions import as_expression, as_sum, definitions, in_order
 from qddot.model.events import Event
 from qddot.model.naming import LONGEST, dotted, t
 from qddot.model.table import Table
@@ -151,10 +151,10 @@ class System:
     """A model: d/dt(dT/dqdot) - dT/dq + dPi/dq + dPhi/dqdot = Q for each coordinate, dz/dt = derivative for each state.
 
     kinetic_energy T, potential_energy Pi, dissipation Phi (Rayleigh's function, half of the dissipated power where it
-    is quadratic) and the generalized forces Q may depend on q, qdot, t, states, parameters, inputs and quantities in
-    any form. A Pi that depends on qdot is a generalized potential (L = T - Pi throughout; Goldstein, Classical
-    Mechanics, 1.5). A state z is to the energies what an input is, a function of time that no variation of q changes:
-    its rate may stand in Q, and in none of them.
+    is quadratic), each an expression or a sequence of terms that are added up, and the generalized forces Q may depend
+    on q, qdot, t, states, parameters, inputs and quantities in any form. A Pi that depends on qdot is a generalized
+    potential (L = T - Pi throughout; Goldstein, Classical Mechanics, 1.5). A state z is to the energies what an input
+    is, a function of time that no variation of q changes: its rate may stand in Q, and in none of them.
 
     Symbols are real. They may be declared so (`Symbol("x", real=True)`), a parameter also as what its values are
     (positive=True); the system holds plain symbols of the same names.
@@ -193,7 +193,7 @@ class System:
         for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs", "constraints", "events"):
             object.__setattr__(self, name, _tuple(getattr(self, name)))
         for name in ("kinetic_energy", "potential_energy", "dissipation"):
-            object.__setattr__(self, name, as_expression(getattr(self, name)))
+            object.__setattr__(self, name, as_sum(getattr(self, name)))
         if self.baumgarte is not None:
             object.__setattr__(self, "baumgarte", tuple(map(as_expression, _tuple(self.baumgarte))))
         self._refuse(unkept(self))
