@@ -6,10 +6,12 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.convert import looked_up, slope
-from qddot.codegen.rewrite import replaced, rewrite
+from qddot.codegen.rewrite import Names, operations, replaced, rewrite
 
 Vector = tuple[Any, ...]
 
+#: A derivative of a quantity of more operations than this is a quantity itself.
+_LONG = 10
 #: What SymEngine makes of a division by zero.
 _NO_NUMBERS = frozenset(("ComplexInfinity", "Infinity", "NegativeInfinity", "NaN"))
 
@@ -18,16 +20,33 @@ class Definitions:
     """Named quantities in order, each an expression in base symbols and earlier quantities.
 
     Derivatives of quantities are cached, and expressions are differentiated term by term by the symbols each term
-    holds, which keeps a chain of n masses at cost n. degrees: of the polynomials of tables, by name.
+    holds, which keeps a chain of n masses at cost n. Where there are names to be had, a long derivative that moves
+    becomes a quantity of its own, w_by_q: so rotations of rotations are never written out, however often they are
+    differentiated.
+    degrees: of the polynomials of tables, by name. fixed: symbols that are constant during a run.
     """
 
-    def __init__(self, expressions: Mapping[Any, Any], degrees: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self,
+        expressions: Mapping[Any, Any],
+        degrees: Mapping[str, int] | None = None,
+        fixed: frozenset[Any] = frozenset(),
+        names: Names | None = None,
+    ) -> None:
         self.expressions = dict(expressions)
         self._degrees = degrees or {}
+        self._fixed, self._names = fixed, names
         self._reach: dict[Any, frozenset[Any]] = {}
         self._slopes: dict[tuple[Any, Any], Any] = {}
         for symbol, expression in self.expressions.items():
             self._reach[symbol] = self.base_symbols(expression)
+
+    def copy(self, names: Names) -> "Definitions":
+        """The same quantities, and what is known of them, to be added to by derivatives that are named by `names`."""
+        copied = Definitions({}, self._degrees, self._fixed, names)
+        copied.expressions, copied._reach = dict(self.expressions), dict(self._reach)
+        copied._slopes = dict(self._slopes)
+        return copied
 
     def base_symbols(self, expression: Any) -> frozenset[Any]:
         """All symbols an expression depends on, through quantities too; quantities themselves left out."""
@@ -55,7 +74,7 @@ class Definitions:
         """Expressions with base symbols replaced, inside the quantities they use too; None where one has no value."""
         inner: dict[Any, Any] = dict(values)
         expressions = tuple(expressions)
-        needed = self._needed(expressions)
+        needed = self.needed(expressions)
         try:
             for symbol, definition in self.expressions.items():
                 if symbol in needed:
@@ -79,9 +98,9 @@ class Definitions:
                 parts.append(settled(shell.diff(name)) * slope(call) * self._derivative(call.args[0], symbol))
         return replaced(se.Add(*parts), {name: call for call, name in names.items()})
 
-    def _needed(self, expressions: Iterable[Any]) -> set[Any]:
+    def needed(self, expressions: Iterable[Any]) -> set[Any]:
         """The quantities that expressions depend on."""
-        needed = set().union(*(expression.free_symbols for expression in expressions))
+        needed: set[Any] = set().union(*(expression.free_symbols for expression in expressions))
         for symbol, definition in reversed(self.expressions.items()):
             if symbol in needed:
                 needed |= definition.free_symbols
@@ -93,8 +112,18 @@ class Definitions:
             return None
         key = (symbol, variable)
         if key not in self._slopes:
-            self._slopes[key] = self.gradient(self.expressions[symbol], (variable,)).get(variable, se.Integer(0))
+            found = self.gradient(self.expressions[symbol], (variable,)).get(variable, se.Integer(0))
+            self._slopes[key] = self._named(found, f"{symbol}_by_{variable}")
         return self._slopes[key]
+
+    def _named(self, derivative: Any, wish: str) -> Any:
+        """A derivative, or the quantity that it becomes."""
+        reach = self.base_symbols(derivative)
+        if self._names is None or operations(derivative) <= _LONG or reach <= self._fixed:
+            return derivative
+        symbol = self._names.fresh(wish)
+        self.expressions[symbol], self._reach[symbol] = derivative, reach
+        return symbol
 
 
 def _replaced(expression: Any, values: Mapping[Any, Any]) -> Any:

@@ -89,7 +89,7 @@ class Drafts:
         held = (*equations.forces, *equations.state_rates)
         return any(equations.definitions.base_symbols(each) & equations.switches.functions.keys() for each in held)
 
-    @cached_property
+    @property
     def _moving(self) -> tuple[Assignment, ...]:
         """Quantities that move, and the factors of a mass matrix that does."""
         return self._equations.moving_quantities + (() if self._fixed_mass else self._factors.assignments)

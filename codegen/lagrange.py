@@ -92,6 +92,13 @@ class Equations:
         rows = zip(self.applied, self.dissipative, self.conservative, self.gyroscopic, strict=True)
         return tuple(se.Add(q, -phi, -pi, -g) for q, phi, pi, g in rows)
 
+    @property
+    def written(self) -> tuple[Any, ...]:
+        """All expressions that a reader is shown: of energies, equations of motion, constraints and outputs."""
+        energies, held = (self.kinetic, self.potential, self.dissipation), self.constraints
+        rows = (*self.mass.values(), *self.forces, *held.residuals, *held.rates, *held.matrix.values())
+        return (*energies, *rows, *self.outputs)
+
     def parameter_only(self, expression: Any) -> bool:
         """Whether an expression is constant during a run."""
         return self.definitions.base_symbols(expression) <= set(self.parameters)
@@ -134,8 +141,9 @@ def derive(system: System) -> Equations:
     declared_ones = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()}, degrees)
     time, inputs = symbol("t"), tuple(symbol(channel.symbol) for channel in system.inputs)
     fixed = frozenset(symbol(p.symbol) for p in system.parameters)
-    switches = Switches(declared_ones, time, fixed, Names(each for _, each in declared(system)))
-    definitions = Definitions({s: switches(e) for s, e in declared_ones.expressions.items()}, degrees)
+    names = Names(each for _, each in declared(system))
+    switches = Switches(declared_ones, time, fixed, names)
+    definitions = Definitions({s: switches(e) for s, e in declared_ones.expressions.items()}, degrees, fixed, names)
     kinetic = switches(convert(system.kinetic_energy))
     potential = switches(convert(system.potential_energy))
     dissipation = switches(convert(system.dissipation))
@@ -152,6 +160,7 @@ def derive(system: System) -> Equations:
     momenta = by(definitions.gradient(kinetic - potential, v), v)
     mass = motion.mass(momenta)
     rest = motion.unnatural(kinetic, potential, momenta, mass)
+    by_mass = rest == 0 and not motion.names_speeds(kinetic)
     dissipative = by(definitions.gradient(dissipation, v), v)
     constraints = derive_constraints(system, motion) if system.constraints else Constraints()
     return Equations(
@@ -172,7 +181,7 @@ def derive(system: System) -> Equations:
         potential=potential,
         dissipation=dissipation,
         mass=mass,
-        gyroscopic=motion.gyroscopic(momenta, kinetic) if rest != 0 else motion.christoffel(mass),
+        gyroscopic=motion.christoffel(mass) if by_mass else motion.gyroscopic(momenta, kinetic),
         conservative=by(definitions.gradient(potential, q), q),
         dissipative=dissipative,
         applied=applied,

@@ -6,6 +6,7 @@ from typing import Any
 
 from qddot.codegen.constants import hoist
 from qddot.codegen.constrained_drafts import COLUMNS, ConstrainedDrafts, refuse_size, solving_names
+from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.drafts import Draft, Drafts, switching, vector_writes
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
@@ -96,11 +97,14 @@ class _Lowering:
 
     def __init__(self, equations: Equations) -> None:
         base = (*equations.parameters, *equations.state, *equations.channels, equations.time)
-        self.author = frozenset(equations.definitions.expressions)
+        self.author = frozenset(map(convert_symbol, equations.system.definitions))
         tables = (name for table in equations.system.tables for name in table.names)
         solves = equations.solved_at_run_time
         solution = (*equations.solution, *solving_names()) if solves else ()
-        self.names = Names([*reserved(), *base, *self.author, *tables, *solution])
+        defined = equations.definitions.expressions
+        self.names = Names([*reserved(), *base, *defined, *tables, *solution])
+        equations = replace(equations, definitions=equations.definitions.copy(self.names))
+        self._definitions = equations.definitions
         self.drafts = ConstrainedDrafts(equations) if solves else Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
         self._positions = vector_writes("values", equations.positions.values())
@@ -125,11 +129,17 @@ class _Lowering:
         self._assign(hoisted)
         return {"balance": prune(kernel)}
 
+    @property
+    def derivatives(self) -> frozenset[Any]:
+        """Derivatives of quantities that have got names."""
+        return frozenset(self._definitions.expressions) - self.author
+
     def finish(self, draft: Draft) -> Kernel:
         """A draft optimized, with the constants known so far."""
         temporaries = tuple(item for item in draft.temporaries if item[0] not in self.reads)
         known = {expression: symbol for symbol, expression in self.assignments}
-        return optimize(Kernel(self.reads, temporaries, draft.writes), self.author, known, self.names.copy())
+        kernel = inline(prune(Kernel(self.reads, temporaries, draft.writes)), self.author, self.derivatives)
+        return optimize(kernel, self.author, known, self.names.copy())
 
     def positions(self) -> Kernel:
         """Where inputs act: read from the parameters alone, before there are constants."""

@@ -37,6 +37,11 @@ class Motion:
         kernel = without_zeros(Kernel(used - self.definitions.expressions.keys(), quantities, writes))
         return {pair: entry for pair, (_, entry) in zip(entries, kernel.writes, strict=True)}
 
+    def names_speeds(self, kinetic: Any) -> bool:
+        """Whether T is written in quantities that depend on velocities, such as those of points."""
+        named = self.definitions.needed((kinetic,))
+        return any(self.definitions.base_symbols(self.definitions.expressions[s]) & set(self.v) for s in named)
+
     def gyroscopic(self, momenta: Vector, kinetic: Any) -> Vector:
         """What is left of d/dt(dL/dqdot) - dT/dq beside M qddot."""
         slopes = by(self.definitions.gradient(kinetic, self.q), self.q)

@@ -39,8 +39,11 @@ def prune(kernel: Kernel) -> Kernel:
     return kernel.replace(reversed(kept), kernel.writes)
 
 
-def inline(kernel: Kernel, keep: frozenset[Any]) -> Kernel:
-    """Put temporaries that are a mere symbol or number, or short and used once, where they are used; `keep` stay."""
+def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozenset()) -> Kernel:
+    """Put temporaries that are a mere symbol or number, or short and used once, where they are used; `keep` stay.
+
+    mere: those that go where they are used once, however long.
+    """
     uses = Counter(symbol for expression in kernel.expressions for symbol in _leaves(expression))
     values: dict[Any, Any] = {}
     kept: list[Assignment] = []
@@ -51,7 +54,8 @@ def inline(kernel: Kernel, keep: frozenset[Any]) -> Kernel:
 
     for symbol, expression in kernel.temporaries:
         value = settle(expression)
-        if symbol not in keep and (is_signed_symbol(value) or (uses[symbol] == 1 and operations(value) <= _SHORT)):
+        once = uses[symbol] == 1 and (symbol in mere or operations(value) <= _SHORT)
+        if symbol not in keep and (once or is_signed_symbol(value)):
             values[symbol] = value
         else:
             kept.append((symbol, value))

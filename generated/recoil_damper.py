@@ -220,44 +220,44 @@ def jacobian(t, state, inputs, constants, values):
     tmp_2 = k_0 * (x - y) + c_0 * xdot + alpha * z
     ydot = tmp_2 * inverse_tmp_1
     v = xdot - ydot
-    tmp_3 = inverse_tmp_1 * c_1
-    tmp_4 = k_0 * tmp_3
-    tmp_5 = inverse_m * tmp_3
-    tmp_6 = tmp_2 / (tmp_1 * tmp_1)
-    tmp_7 = c_0b * (inverse_tmp_1 * xdot - tmp_6) + alpha_b * inverse_tmp_1 * z - c_1b * tmp_6
-    tmp_8 = k_0 * inverse_tmp_1
-    tmp_9 = inverse_tmp_1 * c_0
-    tmp_10 = inverse_tmp_1 * alpha
-    tmp_11 = z if (z >= 0.0) else -z
-    tmp_12 = gamma * tmp_11 * (1.0 if (v >= 0.0) else -1.0) * z + beta * z * z - A
-    tmp_13 = (
+    tmp_3 = tmp_2 / (tmp_1 * tmp_1)
+    ydot_by_u = c_0b * (inverse_tmp_1 * xdot - tmp_3) + alpha_b * inverse_tmp_1 * z - c_1b * tmp_3
+    tmp_4 = inverse_tmp_1 * c_1
+    tmp_5 = k_0 * tmp_4
+    tmp_6 = inverse_m * tmp_4
+    tmp_7 = k_0 * inverse_tmp_1
+    tmp_8 = inverse_tmp_1 * c_0
+    tmp_9 = inverse_tmp_1 * alpha
+    tmp_10 = z if (z >= 0.0) else -z
+    tmp_11 = gamma * tmp_10 * (1.0 if (v >= 0.0) else -1.0) * z + beta * z * z - A
+    tmp_12 = (
         0.0 if (((u_m <= 0.0) and (w <= 0.0)) or ((u_m <= w) and (w > 0.0))) else (0.0 if (w <= 0.0) else 1.0)
     ) * eta
 
     values[0] = 1.0  # [0, 1]
-    values[1] = -inverse_m * (tmp_4 + k_1_plus_k_r)  # [1, 0]
-    values[2] = -tmp_5 * c_0  # [1, 1]
-    values[3] = inverse_m * tmp_4  # [1, 2]
-    values[4] = -tmp_5 * alpha  # [1, 3]
-    values[5] = -inverse_m * (tmp_7 * c_1 + c_1b * ydot)  # [1, 4]
-    values[6] = tmp_8  # [2, 0]
-    values[7] = tmp_9  # [2, 1]
-    values[8] = -tmp_8  # [2, 2]
-    values[9] = tmp_10  # [2, 3]
-    values[10] = tmp_7  # [2, 4]
-    values[11] = tmp_12 * tmp_8  # [3, 0]
-    values[12] = -tmp_12 * (1.0 - tmp_9)  # [3, 1]
-    values[13] = -tmp_12 * tmp_8  # [3, 2]
+    values[1] = -inverse_m * (tmp_5 + k_1_plus_k_r)  # [1, 0]
+    values[2] = -tmp_6 * c_0  # [1, 1]
+    values[3] = inverse_m * tmp_5  # [1, 2]
+    values[4] = -tmp_6 * alpha  # [1, 3]
+    values[5] = -inverse_m * (ydot_by_u * c_1 + c_1b * ydot)  # [1, 4]
+    values[6] = tmp_7  # [2, 0]
+    values[7] = tmp_8  # [2, 1]
+    values[8] = -tmp_7  # [2, 2]
+    values[9] = tmp_9  # [2, 3]
+    values[10] = ydot_by_u  # [2, 4]
+    values[11] = tmp_11 * tmp_7  # [3, 0]
+    values[12] = -tmp_11 * (1.0 - tmp_8)  # [3, 1]
+    values[13] = -tmp_11 * tmp_7  # [3, 2]
     values[14] = (
-        tmp_12 * tmp_10
-        - gamma * (v if (v >= 0.0) else -v) * ((1.0 if (z >= 0.0) else -1.0) * z + tmp_11)
+        tmp_11 * tmp_9
+        - gamma * (v if (v >= 0.0) else -v) * ((1.0 if (z >= 0.0) else -1.0) * z + tmp_10)
         - 2.0 * beta * v * z
     )  # [3, 3]
-    values[15] = tmp_12 * tmp_7  # [3, 4]
-    values[16] = k_p * tmp_13  # [4, 0]
-    values[17] = k_d * tmp_13  # [4, 1]
+    values[15] = tmp_11 * ydot_by_u  # [3, 4]
+    values[16] = k_p * tmp_12  # [4, 0]
+    values[17] = k_d * tmp_12  # [4, 1]
     values[18] = -eta  # [4, 4]
-    values[19] = k_i * tmp_13  # [4, 5]
+    values[19] = k_i * tmp_12  # [4, 5]
     values[20] = 1.0  # [5, 0]
 
 

@@ -164,9 +164,13 @@ def _is_prescribed(channel: Any) -> bool:
 
 def _together(system: "System", written: Sequence[Expr]) -> Iterator[str]:
     moving = {c.symbol for c in system.coordinates} | {c.rate for c in system.coordinates} | {t}
-    for j, (each, expression) in enumerate(zip(system.constraints, written, strict=True)):
-        for other, before in zip(system.constraints[:j], written[:j], strict=True):
-            for sign in (1, -1) if type(each) is type(other) else ():
+    opened = [_opened(expression) for expression in written]
+    kinds = [
+        (type(each), symbols(expression) & moving) for each, expression in zip(system.constraints, opened, strict=True)
+    ]
+    for j, (each, expression) in enumerate(zip(system.constraints, opened, strict=True)):
+        for k, (other, before) in enumerate(zip(system.constraints[:j], opened[:j], strict=True)):
+            for sign in (1, -1) if kinds[j] == kinds[k] else ():  # else something that moves is left of either
                 rest = _opened(expression - sign * before)
                 if rest == 0:
                     yield f"constraints {other.symbol} and {each.symbol} say the same; leave one of them out"

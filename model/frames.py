@@ -3,20 +3,27 @@
     turned = about("z", psi) @ about("x", phi) @ about("y", theta)      turned.matrix, turned.angular_velocity
     T = kinetic_energy(m, (I_x, I_y, I_z), velocity(position, rates), turned.angular_velocity)
 
+Where bodies stand on bodies, `Named` gives what one is written in to the next by name, so that nothing is written out
+twice: `named.rotation("B", turned)`, `named.vector("v_B", ...)`, and `carried` points on bodies.
+
 A rotation takes a body from where its axes are those of space to where they are: matrix * (components in body axes) =
 components in space.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sympy import Expr, ImmutableMatrix, Matrix, Rational, Symbol, cos, sin, sympify
 
 from qddot.model.naming import dotted
+from qddot.model.system import Quantity
 
 __all__ = [
+    "Named",
+    "Point",
     "Rotation",
     "about",
+    "carried",
     "from_quaternion",
     "kinetic_energy",
     "norm",
@@ -44,6 +51,38 @@ class Rotation:
     def __mul__(self, vector: Sequence[Expr]) -> ImmutableMatrix:
         """Components in space (3,) of a vector given in body axes."""
         return ImmutableMatrix(self.matrix * Matrix(vector))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a body: its position (3,) and its velocity (3,), in space."""
+
+    position: ImmutableMatrix
+    velocity: ImmutableMatrix
+
+
+@dataclass(frozen=True)
+class Named:
+    """Quantities that a model of many bodies is written in: `quantities` is for the `System`."""
+
+    quantities: list[Quantity] = field(default_factory=list)
+
+    def vector(self, name: str, components: Sequence[Expr], unit: str) -> ImmutableMatrix:
+        """The symbols name_x, name_y, name_z (3,) of these components."""
+        return ImmutableMatrix([self._named(f"{name}_{k}", c, unit) for k, c in zip("xyz", components, strict=True)])
+
+    def rotation(self, name: str, turned: Rotation) -> Rotation:
+        """The same rotation by names: A_name_xx of its matrix, row by row, and omega_name_x of its angular velocity."""
+        entries = [
+            self._named(f"A_{name}_{j}{k}", turned.matrix["xyz".index(j), "xyz".index(k)], "1")
+            for j in "xyz"
+            for k in "xyz"
+        ]
+        return Rotation(ImmutableMatrix(3, 3, entries), self.vector(f"omega_{name}", turned.angular_velocity, "rad/s"))
+
+    def _named(self, name: str, expression: Expr, unit: str) -> Symbol:
+        self.quantities.append(Quantity(Symbol(name), expression, unit, "component, named by `frames`"))
+        return self.quantities[-1].symbol
 
 
 def about(axis: str, angle: Expr, rate: Expr | None = None) -> Rotation:
@@ -100,6 +139,13 @@ def rates_of(*symbols: Symbol) -> dict[Symbol, Symbol]:
 def velocity(position: Sequence[Expr], rates: Mapping[Symbol, Expr]) -> ImmutableMatrix:
     """The derivative by time (3,) of a position, by the chain rule."""
     return ImmutableMatrix([_derivative(sympify(each), rates) for each in position])
+
+
+def carried(origin: Point, turned: Rotation, arm: Sequence[Expr]) -> Point:
+    """The point of a body that is `arm` (3,) away, in body axes, from another point of it."""
+    speed = turned.matrix * Matrix(turned.angular_velocity).cross(Matrix(arm))
+    position = Matrix(origin.position) + turned.matrix * Matrix(arm)
+    return Point(ImmutableMatrix(position), ImmutableMatrix(Matrix(origin.velocity) + speed))
 
 
 def kinetic_energy(mass: Expr, inertia: Sequence[Expr] | Matrix, velocity: Matrix, angular_velocity: Matrix) -> Expr:

@@ -3,8 +3,21 @@
 import numpy as np
 from sympy import Matrix, Rational, Symbol, cos, pi, sin, sqrt, symbols
 
-from qddot.model import Constraint, Coordinate, Output, Parameter, Quantity, Rolling, System
-from qddot.model.frames import about, from_quaternion, kinetic_energy, norm, rates_of, velocity
+from qddot.model import Constraint, Coordinate, Output, Parameter, Rolling, System
+from qddot.model.frames import (
+    Named,
+    Point,
+    about,
+    carried,
+    from_quaternion,
+    kinetic_energy,
+    norm,
+    potential_energy,
+    rates_of,
+    velocity,
+)
+from qddot.runner.inputs.bind import bind
+from qddot.runner.observe import observer
 
 HALF = Rational(1, 2)
 
@@ -179,81 +192,55 @@ def parallel_cranks():
     )
 
 
-class Named:
-    """Quantities that a long model is written with, each component of a vector under a name of its own."""
-
-    def __init__(self):
-        self.quantities = []
-
-    def __call__(self, name, vector, unit):
-        symbols_ = [Symbol(f"{name}_{axis}") for axis in "xyz"]
-        for symbol, each in zip(symbols_, vector, strict=True):
-            self.quantities.append(Quantity(symbol, each, unit, f"component of {name}"))
-        return Matrix(symbols_)
-
-
 def bicycle():
     """The benchmark bicycle: J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955-1982, table 1; z points down."""
-    names = symbols("x y z psi phi theta delta theta_R theta_F")
-    x, y, z, psi, phi, theta, delta, theta_r, theta_f = names
-    rates, named = rates_of(*names), Named()
-    w, c, tilt, g, r_r, r_f = 1.02, 0.08, pi / 10, Symbol("g"), 0.3, 0.35
-    frame = about("z", psi) @ about("x", phi) @ about("y", theta)
-    turn = about("y", tilt, 0) @ about("z", delta) @ about("y", -tilt, 0)
-    omega = named("omega_B", frame.angular_velocity, "rad/s")
-    omega_f = named("omega_H", turn.matrix.T * omega + Matrix(turn.angular_velocity), "rad/s")
-    axes = [named(f"axis_{k}", frame.matrix[:, k], "1") for k in range(3)]
-    axes_f = [named(f"fork_{k}", Matrix.hstack(*axes) * turn.matrix[:, k], "1") for k in range(3)]
-    rear = Matrix([x, y, z])
+    x, y, z, psi, phi, theta, delta, theta_R, theta_F = q = symbols("x y z psi phi theta delta theta_R theta_F")
+    w, c, tilt, g, r_R, r_F = symbols("w c tilt g r_R r_F")
+    x_B, z_B, x_H, z_H, m_R, m_B, m_H, m_F = symbols("x_B z_B x_H z_H m_R m_B m_H m_F")
+    rates, named = rates_of(*q), Named()
+    frame = named.rotation("B", about("z", psi) @ about("x", phi) @ about("y", theta))
+    fork = named.rotation("H", frame @ about("y", tilt, 0) @ about("z", delta) @ about("y", -tilt, 0))
 
-    def point(place, about_frame, about_fork=(0, 0, 0)):
-        """A place and its velocity, by what it is from the rear wheel's centre in the frame and the fork."""
-        pairs = ((axes, omega, about_frame), (axes_f, omega_f, about_fork))
-        position, speed = rear, Matrix([rates[each] for each in rear])
-        for base, turning, arm in pairs:
-            across = Matrix(turning).cross(Matrix(arm))
-            position = position + sum((a * b for a, b in zip(arm, base, strict=True)), Matrix([0, 0, 0]))
-            speed = speed + sum((a * b for a, b in zip(across, base, strict=True)), Matrix([0, 0, 0]))
-        return position, named(f"v_{place}", speed, "m/s")
+    def point(name, origin, turned, arm):
+        found = carried(origin, turned, arm)
+        return Point(found.position, named.vector(f"v_{name}", found.velocity, "m/s"))
 
-    head = (w + c, 0, r_r)
-    spins = [omega + Matrix([0, rates[theta_r], 0]), omega_f + Matrix([0, rates[theta_f], 0])]
-    centres = {
-        "R": point("R", (0, 0, 0)),
-        "B": point("B", (0.3, 0, -0.9 + r_r)),
-        "H": point("H", head, (0.9 - w - c, 0, -0.7)),
-        "F": point("F", head, (-c, 0, -r_f)),
-    }
-    steering = Matrix([[0.05892, 0, -0.00756], [0, 0.06, 0], [-0.00756, 0, 0.00708]])
-    bodies = {
-        "R": (2.0, (0.0603, 0.12, 0.0603), spins[0]),
-        "B": (85.0, Matrix([[9.2, 0, 2.4], [0, 11.0, 0], [2.4, 0, 2.8]]), omega),
-        "H": (4.0, steering, omega_f),
-        "F": (3.0, (0.1405, 0.28, 0.1405), spins[1]),
-    }
+    rear = Point((x, y, z), velocity((x, y, z), rates))
+    rider = point("B", rear, frame, (x_B, 0, z_B + r_R))
+    head = carried(rear, frame, (w + c, 0, r_R))  # where the steering axis meets the road
+    bars = point("H", head, fork, (x_H - w - c, 0, z_H))
+    front = point("F", head, fork, (-c, 0, -r_F))
+    spin_R = frame.angular_velocity + Matrix([0, rates[theta_R], 0])
+    spin_F = fork.angular_velocity + Matrix([0, rates[theta_F], 0])
+    bodies = (
+        (m_R, (0.0603, 0.12, 0.0603), rear, spin_R),
+        (m_B, Matrix([[9.2, 0, 2.4], [0, 11.0, 0], [2.4, 0, 2.8]]), rider, frame.angular_velocity),
+        (m_H, Matrix([[0.05892, 0, -0.00756], [0, 0.06, 0], [-0.00756, 0, 0.00708]]), bars, fork.angular_velocity),
+        (m_F, (0.1405, 0.28, 0.1405), front, spin_F),
+    )
     constraints = []
-    for name, base, radius, spin in (("R", axes, r_r, spins[0]), ("F", axes_f, r_f, spins[1])):
-        centre, speed = centres[name]
-        axle = base[1]
+    for name, wheel, turned, radius, spin in (("R", rear, frame, r_R, spin_R), ("F", front, fork, r_F, spin_F)):
+        axle = turned.matrix[:, 1]
         size = sqrt(1 - axle[2] ** 2)
-        lowest = named(f"low_{name}", radius * (Matrix([0, 0, 1]) - axle[2] * axle) / size, "m")
-        whole = named(f"spin_{name}", sum((a * b for a, b in zip(spin, base, strict=True)), Matrix([0, 0, 0])), "rad/s")
-        slip = speed + whole.cross(lowest)
+        lowest = named.vector(f"low_{name}", radius * (Matrix([0, 0, 1]) - axle[2] * axle) / size, "m")
+        turning = named.vector(f"spin_{name}", turned * spin, "rad/s")
+        slip = Matrix(wheel.velocity) + Matrix(turning).cross(Matrix(lowest))
         constraints += [
-            Constraint(Symbol(f"lam_{name}"), centre[2] + radius * size, "N", f"contact, {name}"),
+            Constraint(Symbol(f"lam_{name}"), wheel.position[2] + radius * size, "N", f"contact, {name}"),
             Rolling(Symbol(f"mu_{name}x"), slip[0], "N", f"no slip along x, {name}"),
             Rolling(Symbol(f"mu_{name}y"), slip[1], "N", f"no slip along y, {name}"),
         ]
+    lengths = {"w": 1.02, "c": 0.08, "r_R": 0.3, "r_F": 0.35, "x_B": 0.3, "z_B": -0.9, "x_H": 0.9, "z_H": -0.7}
+    masses = {"m_R": 2.0, "m_B": 85.0, "m_H": 4.0, "m_F": 3.0}
+    given = {name: (value, "m") for name, value in lengths.items()} | {n: (m, "kg") for n, m in masses.items()}
     return System(
         name="bicycle",
         title="Benchmark bicycle",
         coordinates=[*coordinates("m", "x y z"), *coordinates("rad", "psi phi theta delta theta_R theta_F")],
-        parameters=parameters(g=(9.81, "m/s^2")),
+        parameters=parameters(**given, tilt=(float(pi) / 10, "rad"), g=(9.81, "m/s^2")),
         quantities=named.quantities,
-        kinetic_energy=sum(
-            kinetic_energy(mass, inertia, centres[name][1], spin) for name, (mass, inertia, spin) in bodies.items()
-        ),
-        potential_energy=sum(-mass * g * centres[name][0][2] for name, (mass, *_) in bodies.items()),
+        kinetic_energy=sum(kinetic_energy(m, inertia, at.velocity, spin) for m, inertia, at, spin in bodies),
+        potential_energy=sum(potential_energy(m, at.position, (0, 0, g)) for m, _, at, _ in bodies),
         constraints=constraints,
     )
 
@@ -267,3 +254,11 @@ def off(model, solution, parameters_=None):
         whole = constraints(t, x, np.zeros(1), c)
         greatest = np.maximum(greatest, np.abs(whole[n:, n:]).max(axis=0))
     return greatest
+
+
+def energy(model, solution, parameters_=None):
+    """Kinetic and potential energy together (n,) at the saved points, in J, of a model without inputs."""
+    states = np.array([solution[name] for name in model.state_names]).T
+    observe = observer(model, ["kinetic_energy", "potential_energy"])
+    c = model.constants(model.parameter_values(parameters_))
+    return observe(solution.t.copy(), np.ascontiguousarray(states), bind(model.tables, {}), c).sum(axis=1)

@@ -13,6 +13,7 @@ import symengine as se
 from qddot.codegen.calculus import terms
 from qddot.codegen.constrained import in_order
 from qddot.codegen.convert import convert
+from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
@@ -185,9 +186,10 @@ class _Writing:
         return self.given(Name(str(symbol)), self._equations.definitions.expressions[symbol])
 
     def definitions(self) -> tuple[Formula, ...]:
-        """Of quantities and their rates."""
-        symbols = (s for s in self._equations.definitions.expressions if s not in self._equations.state_rates)
-        return tuple(map(self.definition, symbols))
+        """Of quantities and their rates, and of those derivatives of quantities that the equations are written in."""
+        defined, shown = self._equations.definitions, self._equations.written
+        kept = set(map(convert_symbol, self._equations.system.definitions)) | defined.needed(shown)
+        return tuple(self.definition(s) for s in defined.expressions if s in kept - set(self._equations.state_rates))
 
     def energies(self) -> tuple[Formula, ...]:
         equations = self._equations
