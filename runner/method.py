@@ -7,6 +7,7 @@ from typing import Any
 from qddot.runner.problem import Trajectory
 from qddot.runner.tableaux.butcher import ButcherTableau
 from qddot.runner.tableaux.embedded import EmbeddedPair
+from qddot.words import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,11 @@ class Method:
     tableau: ButcherTableau | None = None
     pair: EmbeddedPair | None = None
     find: Callable[[str], "Method"] | None = None
+
+    def __repr__(self) -> str:
+        """Family, order, stages, source."""
+        stages = f", {counted(self.stages, 'stage')}" if self.stages else ""
+        return f"<Method {self.name}: {self.family}, order {self.order}{stages}; {self.citation}>"
 
     def __reduce__(self) -> Any:
         """A method of the table is pickled by its name."""

@@ -34,6 +34,9 @@ class _Methods(Mapping[str, Method]):
     def __len__(self) -> int:
         return len(_names())
 
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self.values()))
+
 
 METHODS: Mapping[str, Method] = _Methods()
 

@@ -47,6 +47,12 @@ class Mode:
     damped_period: float
     participation: Mapping[str, float] = field(hash=False)
 
+    def __repr__(self) -> str:
+        """Its period, frequency and damping, and who takes part."""
+        period, frequency, damping = described(self)
+        swings = f"damped period {period} s, " if self.oscillating else ""
+        return f"<Mode: {swings}{frequency} Hz, damping ratio {damping}; {taking_part(self)}>"
+
     @property
     def oscillating(self) -> bool:
         """Whether the mode swings."""

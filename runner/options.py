@@ -89,6 +89,11 @@ class Options:
     max_order: Any = field(default=None, metadata=_said("ode15s", default=MOST_ORDER))
     bdf: Any = field(default=None, metadata=_said("ode15s", default=False))
 
+    def __repr__(self) -> str:
+        """Those that are given."""
+        given = ((each.name, getattr(self, each.name)) for each in fields(self))
+        return f"Options({', '.join(f'{name}={value!r}' for name, value in given if value is not None)})"
+
     def __post_init__(self) -> None:
         """Check each value; arrays become read-only float64."""
         for name in ("divergence_limit", *(name for name in TIMES if name != "output_times")):

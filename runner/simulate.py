@@ -33,6 +33,7 @@ from qddot.runner.solution import Solution
 from qddot.runner.switching import sides
 from qddot.runner.tables import Quantity
 from qddot.runner.takers import fitted
+from qddot.words import counted
 
 __all__ = ["IntegrationError", "Simulation", "crossing", "prepare", "simulate"]
 
@@ -89,6 +90,11 @@ class Simulation:
     options: Options
     model: Model | None
     _workplaces: dict[Any, list[Any]] = field(default_factory=dict, init=False, repr=False)
+
+    def __repr__(self) -> str:
+        """Model, method, span and size."""
+        problem, size = self.problem, counted(len(self.problem.state_names), "state")
+        return f"<Simulation of {self.subject.name} by {self.method.name}: {problem.t0:g} to {problem.t1:g} s, {size}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Kernels are the model's: pickled, it carries them by name."""

@@ -1,5 +1,6 @@
 """Models, solutions, batches, modes and signals say what they are, at a prompt and in a notebook."""
 
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -107,3 +108,19 @@ def test_another_suffix_is_refused(run, tmp_path):
     with pytest.raises(ValueError, match=r"run\.xlsx: expected a file that ends in \.nc, \.csv, \.mat"):
         run.save(tmp_path / "run.xlsx")
     assert not list(tmp_path.iterdir())
+
+
+def test_what_one_works_with_says_what_it_is_in_a_line(model):
+    """Arrays and tables of coefficients are for those who ask for them."""
+    prepared = qddot.prepare(model, (0.0, 0.5), method="vern7", rtol=1e-8)
+    assert repr(prepared) == "<Simulation of quarter_car by vern7: 0 to 0.5 s, 4 states>"
+    assert repr(qddot.Options(rtol=1e-8, refine=4)) == "Options(rtol=1e-08, refine=4)"
+    study = Path(__file__).parent.parent / "studies" / "one_shot.toml"
+    assert repr(qddot.read_study(study)) == f"<Study {study} of m113>"
+    slowest = qddot.modes(model)[0]
+    assert repr(slowest).startswith(f"<Mode: damped period {slowest.damped_period:.4g} s, ")
+    assert "z_s" in repr(slowest)
+    said = repr(qddot.methods()).splitlines()
+    assert len(said) == len(qddot.methods())
+    assert next(line for line in said if "dop853" in line).startswith("<Method dop853: adaptive, order 8, 12 stages; ")
+    assert max(map(len, said)) < 200

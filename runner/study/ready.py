@@ -43,6 +43,10 @@ class Study:
     model: Model
     memory: Memory = field(default_factory=Memory, repr=False)
 
+    def __repr__(self) -> str:
+        """Its file and its model."""
+        return f"<Study {self.path} of {self.model.name}>"
+
     @cached_property
     def arguments(self) -> Mapping[str, Any]:
         """Those of `simulate` by name, in the model's units: span, parameters, inputs, initial, guess, method, options.
