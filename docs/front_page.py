@@ -7,6 +7,8 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parent.parent
+#: A link to a file of one of the rooms.
+_SOURCE = re.compile(r"\[([^\]]+)\]\((?:\.\./)+[\w/]+\.(?:py|toml|txt|csv)\)")
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -17,8 +19,9 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """The page with its links to the top of the repository."""
-    return markdown.replace("](../README.md", "](index.md").replace("](../CHANGELOG.md", "](changelog.md")
+    """The page with its links to the top of the repository; files of its rooms, which the site lacks, are no links."""
+    markdown = markdown.replace("](../README.md", "](index.md").replace("](../CHANGELOG.md", "](changelog.md")
+    return _SOURCE.sub(r"\1", markdown)
 
 
 def _for_site(text: str) -> str:

@@ -23,7 +23,7 @@ class Reader(HTMLParser):
     def handle_starttag(self, tag, attrs):
         found = dict(attrs)
         self.ids += [found["id"]] if "id" in found else []
-        self.links += [found["href"]] if tag == "a" else []
+        self.links += [found["href"]] if tag == "a" and "href" in found else []
         self.fetched += [found["src"]] if "src" in found else []
         self.fetched += [found["href"]] if tag == "link" else []
         self.open += [] if tag in self.VOID else [tag]

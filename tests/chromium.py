@@ -35,6 +35,8 @@ class Chromium:
         self._session = self.ask("Target.attachToTarget", targetId=page["targetId"], flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.ask(f"{domain}.enable")
+        forget = "try { localStorage.clear(); } catch {}"  # what a page kept is not there the next time
+        self.ask("Page.addScriptToEvaluateOnNewDocument", source=forget)
 
     _session = None
 

@@ -4,9 +4,11 @@ import os
 import re
 import subprocess
 import sys
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
+from browsing import Reader
 from netCDF4 import Dataset
 from pages import PAGES, ROOT, TEXT, block
 from scipy.integrate import solve_ivp
@@ -111,13 +113,20 @@ def test_the_generated_kernel_shown_is_the_one_checked_in():
     assert "@njit" + kernel.rstrip() in (ROOT / "generated" / "quarter_car.py").read_text()
 
 
-def test_the_site_builds_without_a_warning_and_asks_nobody(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The folder of the built site."""
     pytest.importorskip("mkdocs", reason="the site needs the extra `docs`")
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(tmp_path)]
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=environment, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
-    pages = {path.relative_to(tmp_path).as_posix(): path.read_text() for path in tmp_path.rglob("*.html")}
+    return folder
+
+
+def test_the_site_builds_without_a_warning_and_asks_nobody(site):
+    pages = {path.relative_to(site).as_posix(): path.read_text() for path in site.rglob("*.html")}
     written = {page.removeprefix("docs/").replace(".md", ".html") for page in PAGES if page.startswith("docs/")}
     assert written <= pages.keys()
     for name, page in pages.items():
@@ -126,3 +135,40 @@ def test_the_site_builds_without_a_warning_and_asks_nobody(tmp_path):
 
     missing = [name for name in front.__all__ if f'id="qddot.{name}"' not in pages["reference.html"]]
     assert not missing, missing
+
+
+def test_every_link_of_the_site_leads_to_a_page_and_a_place_of_it(site):
+    pages = {}
+    for path in site.rglob("*.html"):
+        pages[path] = reader = Reader()
+        reader.feed(path.read_text())
+    broken = []
+    for path, reader in pages.items():
+        for link in filter(None, reader.links):
+            file, _, anchor = unquote(link).partition("#")
+            if re.match(r"[a-z]+:", file) or path.name == "404.html":
+                continue
+            target = (path.parent / file).resolve() if file else path
+            there = target.is_file() and (not anchor or target not in pages or anchor in pages[target].ids)
+            broken += [] if there or anchor == "__codelineno" else [(path.name, link)]
+    assert len(pages) > 30 and not broken, broken[:10]
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [390, 1400])
+def test_in_a_browser_the_site_is_quiet_asks_nobody_and_is_no_wider_than_its_screen(site, chromium, width, dark):
+    for name in ("index.html", "tutorial.html", "methods.html", "reference.html", "gallery/m113.html"):
+        chromium.open(f"file://{site / name}", width, dark=dark)
+        assert not chromium.complaints() and not chromium.asked_for(), name
+        assert not chromium.wider_than_its_screen(), name
+        assert chromium.first_paint() < 1.0, name
+        scheme = chromium.value("document.body.dataset.mdColorScheme")
+        assert scheme == ("slate" if dark else "default"), name
+
+
+def test_with_the_keyboard_one_comes_past_the_head_of_a_page(site, chromium):
+    chromium.open(f"file://{site / 'tutorial.html'}")
+    chromium.press("Tab")
+    assert chromium.value("document.activeElement.textContent.trim()") == "Skip to content"
+    chromium.press("Enter")
+    assert chromium.value("location.hash").startswith("#ten-minute")
