@@ -108,3 +108,8 @@ def named_code(folder: Path, name: str) -> Path:
             "relative path without .. and without links that lead out of it; put it there, or call from Python"
         )
     return folder / path
+
+
+def store_of(study: Path) -> Path:
+    """Where the batch of a study goes if nothing is said."""
+    return Path("results") / f"{study.stem}.zarr"

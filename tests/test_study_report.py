@@ -176,6 +176,7 @@ FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFram
 
 def opened(chromium, page, place="", **how):
     chromium.open(f"file://{page}{place}", ready=READY, **how)
+    chromium.value("globalThis.plots = [...document.querySelectorAll('[data-plot]')], 0")
     chromium.value(FRAMES)
 
 

@@ -9,6 +9,7 @@ from qddot.runner.batch.results import Results
 from qddot.runner.batch.run import check_workers, computed, opened, updated
 from qddot.runner.batch.store import Store, free
 from qddot.runner.commands.plot import picture_of
+from qddot.runner.files import store_of
 from qddot.runner.report.batch_progress import BatchProgress
 from qddot.runner.report.batch_tables import counts, print_summary, tell_damage, wide_console
 from qddot.runner.stale import as_it_stands, begun_with, choosing, kept
@@ -32,7 +33,7 @@ def batch(
     128 and the number of a signal that stopped it, as a shell sees it: 130 for Ctrl-C, 143 for SIGTERM.
     """
     check_workers(workers, scheduler)
-    path = out if out is not None else Path("results") / f"{study.stem}.zarr"
+    path = out if out is not None else store_of(study)
     with _kernels(path, fresh, keep_kernels):
         job = read_job(study, parsed(settings))
     store = opened(job, path, fresh, lambda damaged: tell_damage(f"{path} is damaged: {'; '.join(damaged)}; mended"))

@@ -111,8 +111,13 @@ def panels(
     for axis in axes:
         lighten(axis)
     axes[-1].set_xlabel(below)
-    figure.suptitle(title, fontsize="medium")
+    figure.suptitle(wrapped(title), fontsize="medium")
     return figure, axes
+
+
+def wrapped(title: str) -> str:
+    """A title in lines that a figure has room for."""
+    return plain("\n".join(textwrap.wrap(title, _TITLE)))
 
 
 def lighten(axis: Axes) -> None:

@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from qddot.runner.batch.outcome import NOT_RUN
 from qddot.runner.batch.results import Results
 from qddot.runner.checks import unknown
-from qddot.runner.pictures.figures import panels, save
+from qddot.runner.pictures.figures import panels, save, wrapped
 from qddot.runner.pictures.picture import COLOURS
-from qddot.runner.pictures.scales import legible, named
+from qddot.runner.pictures.scales import legible, named, scaled
+from qddot.runner.report.batch_axes import grid, gridded, longest, numeric
 from qddot.words import counted
 
 #: The most lines in a panel that are told apart, the most maps, and the most runs of which trajectories are drawn.
 MOST_LINES, MOST_MAPS, MOST_RUNS = 7, 6, 7
+#: Sampled runs beside each other that make a place of a band, and the least and the most such places.
+CLOUD, LEAST_CLOUDS, MOST_CLOUDS = 40, 8, 60
+
+Vector = NDArray[np.float64]
 
 
 def draw(
@@ -38,7 +43,7 @@ def draw(
         raise ValueError("--over: there are no metrics in this store, and trajectories are drawn over time")
     if runs or not shown:
         return save(_trajectories(results, runs or [int(run) for run in results.finished[:MOST_RUNS]]), path)
-    axes = list(over) or _longest(results)
+    axes = list(over) or longest(results)
     for name in axes:
         if name not in results.axes:
             raise ValueError(f"--over: {unknown('axis', name, results.axes)}")
@@ -50,24 +55,6 @@ def draw(
         raise ValueError(f"--over: {len(axes)} axes; a figure shows metrics over one or two: {', '.join(results.axes)}")
     figure = _lines(results, shown, axes[0]) if len(axes) == 1 else _maps(results, shown, axes)
     return save(figure, path)
-
-
-def _longest(results: Results) -> list[str]:
-    """The axes to draw over where nobody said: the longest one or two; of sampled ones those that are no mere numbers
-    of something, such as seeds of random roads.
-    """
-    found: list[tuple[int, str]] = []
-    for names, size in zip(results.data.attrs["groups"], results.data.attrs["shape"], strict=True):
-        drawn = [name for name in names if name in results.data.attrs["sampled"]]
-        smooth = [name for name in drawn if np.issubdtype(results.column(name).dtype, np.floating)]
-        found += [(size, name) for name in (smooth or names[:1]) if size > 1]
-    longest = [name for _, name in sorted(found, key=lambda each: -each[0])[:2]]
-    named = [axis for axis in results.axes if axis in longest]
-    return named if all(_numeric(results, name) for name in named) else named[:1]
-
-
-def _numeric(results: Results, name: str) -> bool:
-    return np.issubdtype(results.column(name).dtype, np.number)
 
 
 def _label(results: Results, name: str) -> str:
@@ -87,9 +74,10 @@ def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
     x, order = _positions(results, axis)
     for panel, names in zip(axes, units.values(), strict=True):
         colours = iter(COLOURS * 20)
+        factor, unit = scaled(results.unit(names[0]), _largest([results.column(name) for name in names]))
         for name in names:
-            _series(results, panel, name, axis, x, colours)
-        panel.set_ylabel(_label(results, names[0]) if len(names) == 1 else legible(results.unit(names[0])) or "1")
+            _series(results, panel, name, axis, (x, factor * results.column(name)), colours)
+        panel.set_ylabel(named(names[0], unit) if len(names) == 1 else unit or "1")
         _legend(panel)
     if order is not None:
         axes[-1].set_xticks(range(len(order)), order)
@@ -98,22 +86,26 @@ def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
     return figure
 
 
-def _positions(results: Results, axis: str) -> tuple[NDArray[np.float64], list[str] | None]:
+def _positions(results: Results, axis: str) -> tuple[Vector, list[str] | None]:
     """Abscissae (n_runs,) of an axis; words stand side by side."""
     values = results.column(axis)
-    if _numeric(results, axis):
+    if numeric(results, axis):
         return values.astype(np.float64), None
     order = list(dict.fromkeys(map(str, values)))
     return np.array([order.index(str(value)) for value in values], dtype=np.float64), order
 
 
-def _series(results: Results, panel: Any, name: str, axis: str, x: NDArray[np.float64], colours: Any) -> None:
-    y = results.column(name)
+def _largest(columns: Sequence[Vector]) -> float:
+    return max(float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in columns)
+
+
+def _series(results: Results, panel: Any, name: str, axis: str, values: tuple[Vector, Vector], colours: Any) -> None:
+    x, y = values
     others = [i for i, names in enumerate(results.data.attrs["groups"]) if axis not in names]
     shape = [int(size) for size in results.data.attrs["shape"]]
     lines = int(np.prod([shape[i] for i in others])) if others else 1
     if axis in results.data.attrs["sampled"]:
-        panel.plot(x, y, ".", color=next(colours), markersize=3, alpha=0.6, label=name)
+        _cloud(panel, x, y, name, next(colours))
     elif lines > MOST_LINES:
         _band(panel, x, y, name, next(colours))
     else:
@@ -122,7 +114,7 @@ def _series(results: Results, panel: Any, name: str, axis: str, x: NDArray[np.fl
         for row in runs:
             other = ", ".join(f"{each} = {results.text(each, int(row[0]))}" for each in _firsts(results, others))
             label = ", ".join(text for text in (name, other) if text)
-            marker = ("o-" if len(row) <= 40 else "-") if _numeric(results, axis) else "o"
+            marker = ("o-" if len(row) <= 40 else "-") if numeric(results, axis) else "o"
             panel.plot(x[row], y[row], marker, color=next(colours), linewidth=1.2, markersize=3, label=label)
 
 
@@ -131,12 +123,30 @@ def _firsts(results: Results, groups: Sequence[int]) -> list[str]:
     return [name for name, size in named if size > 1]
 
 
-def _band(panel: Any, x: NDArray[np.float64], y: NDArray[np.float64], name: str, colour: str) -> None:
+def _cloud(panel: Any, x: Vector, y: Vector, name: str, colour: str) -> None:
+    """Points; of many, the median and the middle nine tenths of neighbours in x, over points that are hardly seen."""
+    there = np.isfinite(y)
+    count = int(np.count_nonzero(there)) // CLOUD
+    if count < LEAST_CLOUDS or not np.issubdtype(x.dtype, np.floating):
+        panel.plot(x, y, ".", color=colour, markersize=3, alpha=0.6, label=name)
+        return
+    panel.plot(x, y, ".", color=colour, markersize=2, alpha=0.08, markeredgewidth=0, rasterized=True)
+    parts = np.array_split(np.flatnonzero(there)[np.argsort(x[there], kind="stable")], min(count, MOST_CLOUDS))
+    at = np.array([np.median(x[part]) for part in parts])
+    _quantiles(panel, at, [y[part] for part in parts], f"{name}, median and 90 % of the runs", colour)
+
+
+def _band(panel: Any, x: Vector, y: Vector, name: str, colour: str) -> None:
     """Median and the middle nine tenths over all runs with the same abscissa."""
     there = np.isfinite(y)
     at = np.unique(x[there])
-    low, middle, high = np.array([np.quantile(y[there & (x == each)], [0.05, 0.5, 0.95]) for each in at]).T
-    panel.plot(at, middle, "-", color=colour, linewidth=1.2, label=f"{name}, median and 90 % of the runs")
+    parts = [y[there & (x == each)] for each in at]
+    _quantiles(panel, at, parts, f"{name}, median and 90 % of the runs", colour)
+
+
+def _quantiles(panel: Any, at: Vector, parts: Sequence[Vector], label: str, colour: str) -> None:
+    low, middle, high = np.array([np.quantile(part, [0.05, 0.5, 0.95]) for part in parts]).T
+    panel.plot(at, middle, "-", color=colour, linewidth=1.2, label=label)
     panel.fill_between(at, low, high, color=colour, alpha=0.2, linewidth=0)
 
 
@@ -153,8 +163,9 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
         panel.remove()
     x, y = (_positions(results, axis)[0] for axis in axes)
     for panel, name in zip(maps, metrics, strict=False):
-        drawn = _map(panel, x, y, results.column(name))
-        figure.colorbar(drawn, ax=panel, label=_label(results, name))
+        factor, unit = scaled(results.unit(name), _largest([results.column(name)]))
+        drawn = _map(panel, x, y, factor * results.column(name))
+        figure.colorbar(drawn, ax=panel, label=named(name, unit))
         best = _best(results, name)
         if len(best) == 1:
             panel.plot(x[best], y[best], "*", color="white", markeredgecolor="black", markersize=12, label="★ best")
@@ -163,7 +174,7 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
         panel.set(xlabel=_label(results, axes[0]), ylabel=_label(results, axes[1]))
         panel.set(xscale=_scale(results, axes[0]), yscale=_scale(results, axes[1]))
         _legend(panel)
-    figure.suptitle(results.heading, fontsize="medium")
+    figure.suptitle(wrapped(results.heading), fontsize="medium")
     return figure
 
 
@@ -174,16 +185,10 @@ def _best(results: Results, name: str) -> NDArray[np.int64]:
     return order[np.isclose(values, values[:1], rtol=1e-9, atol=0.0)] if len(order) else order
 
 
-def _map(panel: Any, x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> Any:
-    columns, rows = np.unique(x), np.unique(y)
-    if len(columns) * len(rows) > len(z):  # not a grid: every run is a point of its own
+def _map(panel: Any, x: Vector, y: Vector, z: Vector) -> Any:
+    if not gridded(x, y):  # every run is a point of its own
         return panel.scatter(x, y, c=z, s=8, cmap="viridis", linewidths=0)
-    place = np.searchsorted(rows, y) * len(columns) + np.searchsorted(columns, x)
-    known = np.isfinite(z)
-    total = np.bincount(place[known], z[known], minlength=len(columns) * len(rows))
-    count = np.bincount(place[known], minlength=len(columns) * len(rows))
-    with np.errstate(invalid="ignore"):
-        mean = (total / count).reshape(len(rows), len(columns))  # over the axes that are not shown
+    columns, rows, mean = grid(x, y, z)  # over the axes that are not shown
     return panel.pcolormesh(columns, rows, mean, cmap="viridis", shading="nearest", rasterized=True)
 
 

@@ -60,11 +60,13 @@ def write_page(
         for each in sections
     )
     known = json.dumps({"plots": list(plots), "own": dict(data or {})}, allow_nan=False, separators=(",", ":"))
-    library, drawing = (_file(_LIBRARY), (_file("plots.js"), _file("moment.js"))) if _PLOT in main else ("", ())
-    styles = [_file(_LIBRARY_STYLE), _file("page.css"), *(each.style for each in sections if each.style)]
+    library, drawing = (
+        (part_of_page(_LIBRARY), (part_of_page("plots.js"), part_of_page("moment.js"))) if _PLOT in main else ("", ())
+    )
+    styles = [part_of_page(_LIBRARY_STYLE), part_of_page("page.css"), *(each.style for each in sections if each.style)]
     own = (f"{{\n{each.script}}}" for each in sections if each.script)
-    scripts = [_file("page.js"), *drawing, *own, _READY]
-    text = Template(_file("page.html")).substitute(
+    scripts = ['"use strict";', part_of_page("page.js"), *drawing, *own, _READY]
+    text = Template(part_of_page("page.html")).substitute(
         title=escape(title),
         source=escape(source),
         contents=contents,
@@ -77,10 +79,6 @@ def write_page(
     with written_aside(path) as aside:
         aside.write_text(text, encoding="utf-8")
     return path
-
-
-def _file(name: str) -> str:
-    return (_HERE / name).read_text("utf-8")
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], numbers: Sequence[int] = (), kind: str = "") -> str:
@@ -106,6 +104,11 @@ def _cell(cell: Any, head: str, kind: str) -> str:
     return f'<td class="{f"{kind} {own}".strip()}" data-head="{escape(head)}">{escape(str(text))}</td>'
 
 
+def part_of_page(name: str) -> str:
+    """The text of a file beside this one: a section's script, or its HTML."""
+    return (_HERE / name).read_text("utf-8")
+
+
 def embedded(page: str) -> str:
     """The main part of another page as the content of a section: its headings a level down, its anchors kept apart.
 
@@ -125,4 +128,13 @@ def plot(index: int, title: str) -> str:
         f'{_PLOT} data-plot="{index}" tabindex="0" role="group" aria-label="{escape(title)}: plot; arrows move the '
         'cursor, plus and minus zoom, Escape shows all"></div>\n'
         f'<button type="button" data-download="{index}">Download as CSV</button>\n'
+    )
+
+
+def linked_plot(title: str, kind: str, column: str) -> str:
+    """The place of a plot that a section's script draws, with what is told of the cursor below."""
+    return (
+        f"<figure><figcaption>{escape(title)}</figcaption>"
+        f'{_PLOT} data-linked="{kind}" data-column="{escape(column)}" role="group" aria-label="{escape(title)}"></div>'
+        '<p class="key">\u00a0</p></figure>\n'
     )

@@ -48,7 +48,9 @@ function tick(value, step) {
   if (value == null) return "";
   const size = Math.abs(value);
   if (size && (size >= 1e6 || step < 1e-5)) return short(value, Math.min(15, Math.max(1, Math.ceil(Math.log10(size / step)) + 1)));
-  return value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))).replace("-", "−");
+  let decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  if (Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6) decimals += 1; // steps of 2.5
+  return value.toFixed(decimals).replace("-", "−");
 }
 function axisOf(label, words, log) {
   const font = '12px system-ui, sans-serif', line = { stroke: css("--line"), width: 1 };
@@ -60,21 +62,23 @@ const room = (u, values) => Math.ceil(20 + 7 * Math.max(1, ...(values ?? []).map
 const scaleOf = (log) => ({ time: false, distr: log ? 3 : 1 });
 
 // What is drawn beside the curves: cells of a map below them, lines that mark a value above them.
-function edges(places) {
+function edges(places, log) {
+  if (log) return edges(places.map(Math.log)).map(Math.exp);
   const middles = places.slice(1).map((v, i) => (v + places[i]) / 2), n = places.length;
   return n < 2 ? [places[0] - 0.5, places[0] + 0.5] : [2 * places[0] - middles[0], ...middles, 2 * places[n - 1] - middles[n - 2]];
 }
-function cells(u, { x, y, z, low, high, diverging }) {
+function cells(u, { x, y, z, low, high, diverging, log = [], shown = () => true }) {
   const colours = diverging ? COLOURS.diverging : COLOURS.rising;
-  const across = edges(x).map((v) => u.valToPos(v, "x", true)), up = edges(y).map((v) => u.valToPos(v, "y", true));
+  const across = edges(x, log[0]).map((v) => Math.round(u.valToPos(v, "x", true))), up = edges(y, log[1]).map((v) => Math.round(u.valToPos(v, "y", true)));
   u.ctx.save();
   u.ctx.beginPath();
   u.ctx.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
   u.ctx.clip();
   z.forEach((row, j) => row.forEach((value, i) => {
     if (value == null) return;
+    u.ctx.globalAlpha = shown(j, i) ? 1 : 0.15;
     u.ctx.fillStyle = mixed(colours, (value - low) / (high - low || 1));
-    u.ctx.fillRect(across[i], up[j + 1], across[i + 1] - across[i] + 1, up[j] - up[j + 1] + 1);
+    u.ctx.fillRect(across[i], up[j + 1], across[i + 1] - across[i], up[j] - up[j + 1]);
   }));
   u.ctx.restore();
 }
