@@ -10,6 +10,19 @@ from qddot import StudyError, toml
 from qddot.paper.schema import Claim, Paper, Verdict
 from qddot.paper.studies import Studies
 
+#: Verdict -> of one claim, and of several.
+SAID: dict[Verdict, tuple[str, str]] = {
+    "holds": ("holds", "hold"),
+    "rests on an assumption": ("rests on an assumption", "rest on an assumption"),
+    "differs": ("differs", "differ"),
+}
+
+
+def counted(verdict: Verdict, count: int) -> str:
+    """`1 holds`, `9 hold`."""
+    one, several = SAID[verdict]
+    return f"{count} {one if count == 1 else several}"
+
 
 @dataclass(frozen=True)
 class Judged:

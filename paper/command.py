@@ -7,6 +7,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from qddot.paper.curves import plots_of
 from qddot.paper.reproduce import Reproduction, reproduce
 from qddot.paper.tables import cheapest_table, claims_page, claims_table, notes, records, speeds_table
 from qddot.paper.verification import Verification, verify
@@ -87,6 +88,7 @@ def paper(path: Path | None, into: Path, as_json: bool, parameters: str | None =
         "parameter_set": parameters,
         "claims": records(found.claims),
         "numbers": found.numbers,
+        "plots": plots_of(found),
     }
     if as_json:
         print(json.dumps(said, indent=1))

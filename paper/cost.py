@@ -20,6 +20,8 @@ TOLERANCES = tuple(float(0.1 * 0.5**k) for k in range(38))
 ABSOLUTE = 1e-3
 #: Runs at finer settings that must stay below the limit too, so that no lucky zero of the error counts.
 CONFIRMED = 3
+#: How far settings are refined beyond that: to an error relative to the limit, or to so many seconds.
+FINEST, LONGEST = 1e-6, 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,7 @@ def cost(settings: CostSettings, studies: Studies, progress: Callable[[float], N
     for k, name in enumerate(names):
         rows = list(trials.search(name))
         curves[name] = (np.array([row.error for row in rows]), np.array([row.seconds for row in rows]))
-        cheapest += [trials.timed(row) for row in _first_below(rows, settings.limit)]
+        cheapest += _first_below(rows, settings.limit)
         if progress is not None:
             progress((k + 1) / len(names))
     cheapest.append(trials.row("exact", "exact", {}))
@@ -95,22 +97,23 @@ class _Trials:
         self._size = np.abs(self._exact - exact[settings.quantity][0])
 
     def search(self, method: str) -> Iterator[Trial]:
-        """Ever finer settings, until a few in a row are below the limit."""
+        """Ever finer settings, until a few in a row are below the limit and the last is far below, or slow."""
         below = 0
         for options in _options(method):
             try:
-                row = self.row(method, method, options, repeats=1)
+                row = self.row(method, method, options)
             except IntegrationError:
                 continue
             below = below + 1 if row.error <= self._settings.limit else 0
             yield row
-            if below > CONFIRMED:
+            if below > CONFIRMED and (row.error <= FINEST * self._settings.limit or row.seconds > LONGEST):
                 return
 
-    def row(self, name: str, method: str, options: dict[str, Any], repeats: int | None = None) -> Trial:
+    def row(self, name: str, method: str, options: dict[str, Any]) -> Trial:
+        """A method at a setting, with the least time of some runs."""
         solution = self._run(method, options)
         seconds = solution.statistics.wall_time
-        for _ in range((self._settings.repeats if repeats is None else repeats) - 1):
+        for _ in range(self._settings.repeats - 1):
             seconds = min(seconds, self._run(method, options).statistics.wall_time)
         error = float((np.abs(self._values(solution) - self._exact) / self._size).max())
         counts = solution.statistics
@@ -126,11 +129,6 @@ class _Trials:
         )
         one, other = runs
         return float(one.t[np.argmax(np.abs(one[self._settings.quantity] - other[self._settings.quantity]))])
-
-    def timed(self, row: Trial) -> Trial:
-        """The same setting timed with all repeats."""
-        options = next(each for each in _options(row.method) if _setting(each) == row.setting)
-        return self.row(row.name, row.method, options)
 
     def _run(self, method: str, options: dict[str, Any]) -> Solution:
         return self._study.run(method=method, **{"output_times": self._settings.times, **options})

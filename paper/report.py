@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from qddot import load, modes, read_study
 from qddot.drawing import COLOURS
 from qddot.paper.claims import read
+from qddot.paper.claims_section import claims_section
+from qddot.paper.identified import barrel, described, identified
 from qddot.paper.scene import ride_data, ride_section
 from qddot.paper.verification import verify
 from qddot.report import Section, embedded, plot, table, taking_part, write_page
@@ -19,7 +21,27 @@ Vector = NDArray[np.float64]
 
 #: Points of a curve in the page, about.
 _POINTS = 800
-_CLASSES = {"holds": "holds", "rests on an assumption": "rests", "differs": "differs"}
+#: What `qddot paper` computed -> the title of its section, and words above its plots.
+_SECTIONS = {
+    "firing": (
+        "When to fire",
+        "Shots at equal intervals, standing: the largest change of each quantity after the last one. The vibration "
+        "dose (ISO 2631-1, Wk) stands for the crew's comfort.",
+    ),
+    "phase": (
+        "When to fire on rough ground",
+        "Two shots of 30 mm on the plough at 20 km/h: blue, they calm the hull; red, they add to what the road does.",
+    ),
+    "speed": (
+        "Permissible speed",
+        "The same field ploughed many times: on which part of such roads the hull moves less than the ground below it.",
+    ),
+    "cost": (
+        "Cost",
+        "Least times of some runs on the machine that computed this; each line is a method from loose to tight "
+        "settings, those left out that are both slower and less close than another.",
+    ),
+}
 
 
 def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> Path:
@@ -37,10 +59,13 @@ def report(paper_file: Path, claims_file: Path, equations: str, into: Path) -> P
         )
     plots: list[dict[str, Any]] = []
     paper = read(paper_file)
+    folder, computed = paper_file.parent, said.get("plots", {})
     sections = [
-        ride_section(_ride_plot(paper_file.parent, plots)),
-        Section("Shots standing still", _shots(paper_file.parent, paper.assumptions["pulse"], plots)),
-        Section("Claims of the paper", _claims(said["claims"], paper.assumptions)),
+        ride_section(_ride_plot(folder, plots)),
+        claims_section(said["claims"], paper.assumptions),
+        Section("Shots standing still", _shots(folder, paper.assumptions["pulse"], plots)),
+        *(_section(*_SECTIONS[name], found, plots) for name, found in computed.items()),
+        Section("Identification", _identified(folder, plots)),
         Section("Verification", _verification()),
         Section("Modes", _modes()),
         Section("Equations and parameters", embedded(equations)),
@@ -59,7 +84,7 @@ def _ride_plot(folder: Path, plots: list[dict[str, Any]]) -> str:
     run = read_study(folder / "drive.toml").run(method="exact", output_times=np.linspace(0.0, 15.0, 1501))
     road, heave = (1e3 * (run[name] - run[name][0]) for name in ("z_3", "heave"))
     curves = [_curve("road under axle 3", run.t, road, "#999999"), _curve("hull", run.t, heave, COLOURS[0])]
-    plots.append({"name": "ride", "x": "t, s", "y": "mm", "traces": curves})
+    plots.append({"name": "ride", "x": "t, s", "y": "displacement, mm", "unit": "mm", "traces": curves})
     return plot(len(plots) - 1, "The same ride with one shot only, at 3 s: displacement of road and hull")
 
 
@@ -78,30 +103,27 @@ def _shots(folder: Path, pulse: str, plots: list[dict[str, Any]]) -> str:
             _curve(name, run.t, 1e3 * (run[quantity] - run[quantity][0]), colour)
             for (name, run), colour in zip(runs.items(), COLOURS, strict=False)
         ]
-        plots.append({"name": quantity, "x": "t, s", "y": "mm", "traces": curves})
+        plots.append(
+            {"name": quantity, "x": "t, s", "y": f"{quantity.replace('_', ' ')}, mm", "unit": "mm", "traces": curves}
+        )
         found.append(plot(len(plots) - 1, title))
     return "\n".join(found)
 
 
-def _claims(claims: list[dict[str, Any]], assumptions: dict[str, str]) -> str:
-    rows = []
-    for each in claims:
-        bounds = (("≥", each["least"]), ("≤", each["most"]))
-        stated = " ".join(f"{sign} {value:g}" for sign, value in bounds if value is not None)
-        stated = f"{each['value']:g}" if each["value"] is not None else stated
-        remark = f" ({each['remark']})" if each["remark"] else ""
-        words = (each["says"] + remark, "words")
-        stated = f"{stated} {each['unit']}".strip()
-        verdict = (each["verdict"], _CLASSES[each["verdict"]])
-        computed = f"{each['computed']:.4g} {each['unit']}".strip()
-        rows.append((each["where"], words, stated, computed, verdict, ", ".join(each["rests_on"])))
-    heads = ("where", "the paper says", "its number", "computed", "verdict", "rests on")
-    said = "".join(f"<li><b>{escape(name)}</b>: {escape(text)}</li>" for name, text in assumptions.items())
-    counts = {verdict: sum(each["verdict"] == verdict for each in claims) for verdict in _CLASSES}
-    total = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
-    return (
-        f"<p>{len(claims)} claims: {total}.</p>{table(heads, rows, (2, 3), 'cards')}<h3>Assumptions</h3><ul>{said}</ul>"
-    )
+def _section(title: str, words: str, found: list[dict[str, Any]], plots: list[dict[str, Any]]) -> Section:
+    """A section of plots that `qddot paper` computed."""
+    places = []
+    for each in found:
+        plots.append({name: value for name, value in each.items() if name != "title"})
+        places.append(plot(len(plots) - 1, each["title"]))
+    return Section(title, f"<p>{escape(words)}</p>\n" + "".join(places))
+
+
+def _identified(folder: Path, plots: list[dict[str, Any]]) -> str:
+    fits = identified(folder)
+    plots.append(barrel(folder, fits))
+    title = "The barrel's end after two shots, 1.85 s apart, as identified"
+    return "".join(described(fit) for fit in fits) + plot(len(plots) - 1, title)
 
 
 def _verification() -> str:

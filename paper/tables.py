@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from qddot.paper.claims import Judged
+from qddot.paper.claims import Judged, counted
 from qddot.paper.cost import Cost
 from qddot.paper.driving import Driving
 from qddot.paper.reproduce import Reproduction
@@ -106,7 +106,7 @@ def notes(found: Reproduction) -> Iterator[str]:
     for name in sorted({name for each in found.claims for name in each.claim.rests_on}):
         yield f"assumption {name}: {found.paper.assumptions[name]}"
     counts = Counter(each.verdict for each in found.claims)
-    yield ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    yield ", ".join(counted(verdict, count) for verdict, count in counts.items())
     if found.studies.parameter_set is not None:
         return  # the verdicts of the last look are those of the paper's own vehicle
     for each in found.claims:

@@ -4,6 +4,7 @@
     plain_table                         a table for the terminal
     taking_part                         the coordinates of a mode in words
     Section, plot, table, write_page    one HTML page that needs no network: texts, tables, plots with download
+    numbers, legible                    values as a plot of a page has them; a unit with its powers raised
     embedded                            the main part of another page as the content of a section
     BROWSERS, browser, print_page       the page as PDF, by a browser that is installed
     written_aside                       a file that appears whole or not at all
@@ -13,6 +14,8 @@ Figures are in `qddot.drawing`.
 
 from qddot.runner.files import written_aside
 from qddot.runner.modes import taking_part
+from qddot.runner.pictures.scales import legible
+from qddot.runner.report.interactive import numbers
 from qddot.runner.report.page import Section, embedded, plot, table, write_page
 from qddot.runner.report.pdf import BROWSERS, browser, print_page
 from qddot.runner.report.progress import progress_bar
@@ -23,6 +26,8 @@ __all__ = [
     "Section",
     "browser",
     "embedded",
+    "legible",
+    "numbers",
     "plain_table",
     "plot",
     "print_page",

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from matrices import linear_matrices
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -16,6 +18,7 @@ from scipy.linalg import expm
 from qddot import StudyError, load, read_study
 from qddot.paper.claims import Judged, judge, read, verdict
 from qddot.paper.command import paper
+from qddot.paper.curves import exact_point, front, fronts, plots_of
 from qddot.paper.driving import Field
 from qddot.paper.firing import STEP, dose
 from qddot.paper.phase import phase
@@ -198,6 +201,40 @@ def test_the_crews_dose_is_the_weighted_accelerations_fourth_power(found):
     H = np.prod([(n @ powers) / (d @ powers) for _, n, d in WEIGHTINGS["Wk"].sections()], axis=0)
     weighted = np.fft.irfft(np.fft.rfft(a, 2 * len(t)) * H)[: len(t)]
     assert dose(run) == pytest.approx((np.trapezoid(weighted**4, t)) ** 0.25, rel=0.03)
+
+
+@settings(suppress_health_check=[HealthCheck.too_slow])  # where many tests share a core
+@given(st.lists(st.tuples(st.integers(1, 9), st.integers(1, 9)), min_size=1, max_size=30))
+def test_the_front_is_what_nothing_is_quicker_and_closer_than(pairs):
+    errors, seconds = np.array(pairs, dtype=float).T
+    chosen = front(errors, seconds)
+    best = {
+        (e, s) for e, s in pairs if not any((a <= e and b <= s) and (a, b) != (e, s) for a, b in pairs)
+    }  # fmt: skip
+    assert {(errors[k], seconds[k]) for k in chosen} == best and len(chosen) == len(best)
+    assert (np.diff(seconds[chosen]) > 0).all() and (np.diff(errors[chosen]) < 0).all()
+
+
+def test_the_exact_propagation_is_on_the_front_of_cost_and_every_method_falls_towards_it(found):
+    drawn = fronts(found.cost)
+    milliseconds, agreed = exact_point(found.cost)
+    assert milliseconds > 0 and 0 < agreed < 1e-4
+    assert {"rk4", "vern7", "ode45"} <= drawn.keys()
+    for times, errors in drawn.values():
+        assert (np.diff(times) > 0).all() and (np.diff(errors) < 0).all() and (errors > 0).all()
+
+
+def test_the_plots_of_the_page_show_what_the_sections_computed(found):
+    plots = plots_of(found)
+    assert list(plots) == ["firing", "phase", "speed", "cost"]
+    json.dumps(plots, allow_nan=False)
+    speeds = plots["speed"][1]["traces"][0]
+    share = sum(np.array(found.driving.permissible) <= 12.0) / len(found.driving.permissible)
+    assert np.interp(12.0, speeds["x"], speeds["y"], left=0.0) == pytest.approx(share, abs=1.5 / len(speeds["x"]))
+    cells = plots["phase"][1]["map"]
+    assert len(cells["z"]) == len(cells["y"]) and len(cells["z"][0]) == len(cells["x"])
+    change = 100 * (found.phase.swings[3, 5] / found.phase.unfired[3, 5] - 1)
+    assert cells["z"][5][3] == pytest.approx(change, rel=1e-3)
 
 
 def test_every_figure_is_drawn(found, tmp_path):

@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -19,12 +20,35 @@ ROOT = Path(__file__).parent.parent
 UPLOT = "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f"
 
 
+MAP = {"x": [1.0, 2.0, 3.0], "y": [0.5, 1.0], "z": [[0.0, 1.0, None], [-2.0, 3.0, 4.0]], "low": -4.0, "high": 4.0}
+#: As `qddot paper` writes them.
+PLOTS = {
+    "cost": [
+        {"title": "Least times", "name": "cost", "x": "time, ms", "y": "error, %", "unit": "%", "log": "xy"}
+        | {"traces": [{"name": "rk4", "x": [0.1, 1.0], "y": [1e-3, 1e-7], "colour": "#000000", "points": True}]}
+        | {"marks": [{"y": 0.05, "text": "0.05 %"}]}
+    ],
+    "phase": [
+        {"title": "A map", "name": "phase", "x": "first, s", "y": "interval, s", "traces": []}
+        | {"map": MAP | {"diverging": True, "label": "change", "unit": "%"}}
+    ],
+}
+
+
+def claims():
+    common = {"where": "3.1", "least": None, "most": None, "unit": "mm", "remark": "", "value": 5.0, "computed": 4.9}
+    verdicts = ["rests on an assumption", "holds", "holds", "differs"]
+    words = ["a <b> & c", "one", "two", "three"]
+    return [
+        {"name": f"n{k}", "says": says, "verdict": verdict, "rests_on": ["pulse"] if not k else [], **common}
+        for k, (says, verdict) in enumerate(zip(words, verdicts, strict=True))
+    ]
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
-    claim = {"name": "a", "where": "3.1", "says": "a <b> & c", "value": 5.0, "least": None, "most": None, "unit": "mm"}
-    claim |= {"rests_on": ["pulse"], "remark": "", "computed": 4.9, "verdict": "rests on an assumption"}
-    (folder / "claims.json").write_text(json.dumps({"claims": [claim]}))
+    (folder / "claims.json").write_text(json.dumps({"claims": claims(), "plots": PLOTS}))
     command = [
         sys.executable,
         "-m",
@@ -85,6 +109,53 @@ def test_in_a_browser_the_plots_are_there_and_nothing_is_complained_of(page):
     assert len(re.findall(r'class="u-series"', document)) >= 10
 
 
+READY = "document.documentElement.dataset.ready"
+
+
+def test_in_a_browser_claims_are_folded_and_those_of_one_verdict_shown(page, chromium):
+    chromium.open(f"file://{page}", ready=READY)
+    names = chromium.value("[...document.querySelectorAll('[data-verdict]')].map((e) => e.textContent)")
+    assert names == ["All 4", "2 hold", "1 rests on an assumption", "1 differs"]
+    shown = "[...document.querySelectorAll('.claim')].filter((e) => e.checkVisibility()).map((e) => e.dataset.is)"
+    assert len(chromium.value(shown)) == 4
+    chromium.value("document.querySelector('[data-verdict=holds]').focus()")
+    chromium.press("Enter")
+    assert chromium.value(shown) == ["holds", "holds"]
+    pressed = "[...document.querySelectorAll('[data-verdict]')].map((e) => e.getAttribute('aria-pressed'))"
+    assert chromium.value(pressed) == ["false", "true", "false", "false"]
+    assert not chromium.value("document.querySelector('.claim[data-is=holds]').open")
+    chromium.value("document.querySelector('.claim[data-is=holds] summary').focus()")
+    chromium.press("Enter")
+    assert chromium.value("document.querySelector('.claim[data-is=holds]').open")
+    assert "−" in chromium.value("document.querySelector('.claim[data-is=holds]').textContent").replace("-", "−")
+    assert not chromium.complaints()
+
+
+def test_in_a_browser_a_map_tells_the_cell_that_is_pointed_at_with_units(page, chromium):
+    chromium.open(f"file://{page}", ready=READY)
+    place = "[...document.querySelectorAll('[data-plot]')].find((e) => e.querySelector('.bar'))"
+    chromium.value(f"{place}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
+    box = "(({x, y, width, height}) => [x, y, width, height])"
+    x, y, width, height = chromium.value(f"{box}({place}.querySelector('.u-over').getBoundingClientRect())")
+    read = f"{place}.querySelector('.key').lastChild.textContent"
+    for across, up, told in ((0.5, 0.25, "first 2\xa0s, interval 1\xa0s: change 3\xa0%"), (0.9, 0.9, "change –")):
+        chromium.ask("Input.dispatchMouseEvent", type="mouseMoved", x=x + across * width, y=y + up * height)
+        chromium.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        assert told in chromium.value(read)
+    assert not chromium.complaints()
+
+
+def test_the_sections_that_the_paper_computed_and_what_was_identified_are_on_the_page(page):
+    text = page.read_text()
+    heads = re.findall(r"<h2 id=[^>]*>([^<]*)</h2>", text)
+    assert heads[:3] == ["The ride", "Claims of the paper", "Shots standing still"]
+    assert {"Cost", "When to fire on rough ground", "Identification"} <= set(heads)
+    for path in (ROOT / "studies" / "paper" / "identified").glob("*.toml"):
+        fit = tomllib.loads(path.read_text())
+        impulse = fit["estimates"]["impulse"]
+        assert f">{impulse['value']:.4g}<" in text and f">{impulse['standard_error']:.3g}<" in text
+
+
 def test_in_a_browser_the_vehicle_moves(page):
     start, later = (browsed(page, place)[0] for place in ("#t=0", "#t=4.9"))
     assert placed(start, "hull") != placed(later, "hull")
@@ -99,7 +170,7 @@ def test_in_a_browser_the_vehicle_moves(page):
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("width", [390, 1400])
 def test_at_any_width_and_in_any_light_nothing_is_wider_than_the_screen(page, chromium, width, dark):
-    chromium.open(f"file://{page}", width, dark=dark, ready="document.documentElement.dataset.ready")
+    chromium.open(f"file://{page}", width, dark=dark, ready=READY)
     assert not chromium.wider_than_its_screen() and not chromium.complaints() and not chromium.asked_for()
 
 

@@ -52,11 +52,18 @@ function tick(value, step) {
   if (Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6) decimals += 1; // steps of 2.5
   return value.toFixed(decimals).replace("-", "−");
 }
+const isPower = (v) => v != null && Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-9;
+function power(value) {
+  if (value == null) return "";
+  if (!isPower(value) || (value >= 1e-3 && value < 1e4)) return short(value);
+  return `10${[...String(Math.round(Math.log10(value)))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("")}`;
+}
 function axisOf(label, words, log) {
   const font = '12px system-ui, sans-serif', line = { stroke: css("--line"), width: 1 };
   const values = words ? (u, splits) => splits.map((v) => words[v] ?? "")
-    : log ? (u, splits) => splits.map((v) => (v == null ? "" : short(v))) : (u, splits, a, b, step) => splits.map((v) => tick(v, step));
-  return { label, font, labelFont: font, labelSize: 22, stroke: css("--ink"), grid: line, ticks: line, values, ...(words ? { incrs: [1] } : {}) };
+    : log ? (u, splits) => splits.map(power) : (u, splits, a, b, step) => splits.map((v) => tick(v, step));
+  const lines = log ? { ...line, filter: (u, splits) => splits.map((v) => (isPower(v) ? v : null)) } : line;
+  return { label, font, labelFont: font, labelSize: 22, stroke: css("--ink"), grid: lines, ticks: lines, values, ...(words ? { incrs: [1] } : {}) };
 }
 const room = (u, values) => Math.ceil(20 + 7 * Math.max(1, ...(values ?? []).map((v) => v.length)));
 const scaleOf = (log) => ({ time: false, distr: log ? 3 : 1 });
@@ -85,7 +92,7 @@ function cells(u, { x, y, z, low, high, diverging, log = [], shown = () => true 
 function marks(u, plot) {
   const { ctx, bbox } = u, pixel = devicePixelRatio;
   ctx.save();
-  Object.assign(ctx, { strokeStyle: css("--faint"), fillStyle: css("--faint"), lineWidth: pixel, font: `${11 * pixel}px system-ui, sans-serif` });
+  Object.assign(ctx, { strokeStyle: css("--faint"), fillStyle: css("--faint"), lineWidth: pixel, textAlign: "left", textBaseline: "alphabetic", font: `${11 * pixel}px system-ui, sans-serif` });
   ctx.setLineDash([4 * pixel, 4 * pixel]);
   for (const mark of plot.marks ?? []) {
     const upright = mark.x !== undefined, at = Math.round(u.valToPos(upright ? mark.x : mark.y, upright ? "x" : "y", true));

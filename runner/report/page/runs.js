@@ -51,12 +51,18 @@ function box(u, names) {
   ctx.fillRect(left, high, right - left, low - high);
   ctx.restore();
 }
+// The runs in the order of a column, with what does not change by choosing.
+function ordered(column) {
+  if (!column.ordered) {
+    const runs = all.filter((i) => column.values[i] != null).sort((a, b) => column.values[a] - column.values[b]);
+    column.ordered = { runs, x: strictly(runs.map((i) => column.values[i])), share: runs.map((_, k) => (k + 1) / runs.length) };
+  }
+  return column.ordered;
+}
 function shares(column) {
-  const sorted = all.filter((i) => column.values[i] != null).sort((a, b) => column.values[a] - column.values[b]);
-  const total = sorted.reduce((n, i) => n + chosen[i], 0);
+  const { runs, x, share } = ordered(column), total = runs.reduce((n, i) => n + chosen[i], 0);
   let seen = 0;
-  return [strictly(sorted.map((i) => column.values[i])), sorted.map((_, k) => (k + 1) / sorted.length),
-    sorted.map((i) => (seen += chosen[i]) / (total || 1))].map((values, k) => (k === 2 && !total ? values.map(() => null) : values));
+  return [x, share, runs.map((i) => (total ? (seen += chosen[i]) / total : null))];
 }
 function gridOf(column) {
   const [a, b] = across.map((name) => byName[name].values), x = [...new Set(a)].sort((p, q) => p - q), y = [...new Set(b)].sort((p, q) => p - q);
