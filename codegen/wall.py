@@ -6,7 +6,7 @@ What fails here should have been refused where the model was checked; it stops w
 import ast
 import builtins
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence, Set
 from math import inf, isfinite
 
 from qddot.model.system import ModelError
@@ -21,40 +21,49 @@ def check_module(text: str) -> None:
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = _line(text, getattr(error, "lineno", None) or 0)
         raise ModelError(f"what it gives is no Python: {line}{error.args[0]}") from error
-    for node in ast.walk(tree):
+    for node in _nodes(tree):
         if isinstance(node, ast.Constant) and not _is_sound(node.value):
             raise ModelError(f"{_line(text, node.lineno)}a number that no double or integer of 64 bits holds")
+    known = {*_imported(tree.body), *_defined(tree.body)}
     for statement in tree.body:
         if isinstance(statement, ast.FunctionDef):
-            _check_kernel(statement, tree.body, text)
+            _check_kernel(statement, known, text)
 
 
-def _check_kernel(function: ast.FunctionDef, module: list[ast.stmt], text: str) -> None:
+def _check_kernel(function: ast.FunctionDef, known: Set[str], text: str) -> None:
     """Each name means one thing: an argument, a local that is assigned once, or what the module or Python has."""
-    stored, read = _lines(function, ast.Store), _lines(function, ast.Load)
-    own = Counter(argument.arg for argument in function.args.args) + Counter(name for name, _ in stored)
-    first = {name: line for name, line in reversed(stored)}
-    used = set(_called(function))
-    used |= {name for name, line in read if line <= first.get(name, -inf)}
+    nodes = [node for part in function.body for node in _nodes(part)]
+    names = sorted((node for node in nodes if isinstance(node, ast.Name)), key=lambda node: node.lineno)
+    stored = [node for node in names if isinstance(node.ctx, ast.Store)]
+    read = [node for node in names if isinstance(node.ctx, ast.Load)]
+    own = Counter(argument.arg for argument in function.args.args) + Counter(node.id for node in stored)
+    first = {node.id: node.lineno for node in reversed(stored)}
+    used = {*_called(nodes), *(node.id for node in read if node.lineno <= first.get(node.id, -inf))}
     for name, times in own.items():
         if times > 1 or name in used:
             raise ModelError(f"{name} is a name that the generated function {function.name} needs itself; rename it")
-    known = {*own, *_imported(module), *_defined(module)}
-    for name, line in read:
-        if name not in known and not hasattr(builtins, name):
-            raise ModelError(f"{_line(text, line)}{name} is no number, and no name that {function.name} knows")
+    for node in read:
+        if node.id not in own and node.id not in known and not hasattr(builtins, node.id):
+            line = _line(text, node.lineno)
+            raise ModelError(f"{line}{node.id} is no number, and no name that {function.name} knows")
 
 
-def _lines(function: ast.FunctionDef, context: type[ast.expr_context]) -> list[tuple[str, int]]:
-    """Names that are stored or loaded, each with its line, from top to bottom."""
-    nodes = (node for part in function.body for node in ast.walk(part) if isinstance(node, ast.Name))
-    found = [(node.id, node.lineno) for node in nodes if isinstance(node.ctx, context)]
-    return sorted(found, key=lambda pair: pair[1])
+def _nodes(root: ast.AST) -> Iterator[ast.AST]:
+    """As `ast.walk`, but for the contexts of names, which are half of what there is, and in some order."""
+    stack = [root]
+    while stack:
+        node = stack.pop()
+        yield node
+        for name in node._fields:
+            value = getattr(node, name, None)
+            if isinstance(value, list):
+                stack.extend(each for each in value if isinstance(each, ast.AST))
+            elif isinstance(value, ast.AST) and name != "ctx":
+                stack.append(value)
 
 
-def _called(function: ast.FunctionDef) -> Iterator[str]:
+def _called(nodes: Sequence[ast.AST]) -> Iterator[str]:
     """Functions that are called, and the modules whose functions are."""
-    nodes = (node for part in function.body for node in ast.walk(part))
     calls = (node.func for node in nodes if isinstance(node, ast.Call))
     homes = (called.value if isinstance(called, ast.Attribute) else called for called in calls)
     return (home.id for home in homes if isinstance(home, ast.Name))

@@ -19,6 +19,7 @@ _LONG_LEFT = 14.0
 _FORMULA_CELL = 24.0
 _SETS_IN_ROW = 6
 _GAP = 1.25  # between columns
+_GAP_OF_COLUMNS = 1.0  # of a matrix
 
 
 #: Compiled with the import: it costs twice what writing a document does.
@@ -177,9 +178,10 @@ class _Page:
     def mass(self) -> Display:
         """The mass matrix whole, or its diagonal, or its entries."""
         mass, name = self._document.mass, r"\mathbf{M}"
-        matrix = self._matrix()
-        if not (mass.is_diagonal and mass.size > 3) and matrix.width <= _DISPLAY - 3.0:
-            return Display(1, (Row(name, (f"= {matrix.text}",)),))
+        if not mass.is_diagonal or mass.size <= 3:
+            matrix = self._matrix() if mass.size * _GAP_OF_COLUMNS <= _DISPLAY - 3.0 else None
+            if matrix is not None and matrix.width <= _DISPLAY - 3.0:
+                return Display(1, (Row(name, (f"= {matrix.text}",)),))
         if mass.is_diagonal:
             entries = [joined(self._write.terms(mass.entry(k, k))) for k in range(mass.size)]
             inside = joined(entries, self._write.script.comma, after=True)
@@ -191,7 +193,7 @@ class _Page:
         mass = self._document.mass
         size = range(mass.size)
         cells = [[joined(self._write.terms(mass.entry(k, j), inner=True)) for j in size] for k in size]
-        width = sum(max(row[j].width for row in cells) + 1.0 for j in size) + 1.5
+        width = sum(max(row[j].width for row in cells) + _GAP_OF_COLUMNS for j in size) + 1.5
         body = r" \\[2pt] ".join(" & ".join(cell.text for cell in row) for row in cells)
         return Box(rf"\begin{{pmatrix}} {body} \end{{pmatrix}}", width)
 
