@@ -27,6 +27,7 @@ from qddot.runner.matrices import PlacedKernel
 from qddot.runner.method import Method
 from qddot.runner.methods import find_method
 from qddot.runner.options import TABLE, Options
+from qddot.runner.pictures.arrange import MULTIPLIERS
 from qddot.runner.problem import Problem
 from qddot.runner.result import IntegrationError, Subject, as_solution
 from qddot.runner.solution import Solution
@@ -219,6 +220,7 @@ def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method,
 
 def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
     tables = model.tables
+    multipliers = tuple(constraint.name for constraint in tables.constraints)
     return Subject(
         name=model.name,
         states=tables.states,
@@ -227,7 +229,8 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
         parameters=dict(zip((parameter.name for parameter in tables.parameters), p, strict=True)),
         headlines={
             "coordinates": model.coordinate_names,
-            "outputs": tuple(output.name for output in tables.outputs),
+            "outputs": tuple(output.name for output in tables.outputs if output.name not in multipliers),
+            **({MULTIPLIERS: multipliers} if multipliers else {}),
             "inputs": tables.free_inputs,
         },
         diagnose=partial(diagnosis, model),

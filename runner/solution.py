@@ -18,7 +18,7 @@ from qddot.runner import notebook
 from qddot.runner.checks import finite, numbers
 from qddot.runner.columns import Between, Columns, Extremes, Moments
 from qddot.runner.files import written_aside
-from qddot.runner.pictures.arrange import run_picture
+from qddot.runner.pictures.arrange import run_picture, undetermined
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.tables import Quantity
 from qddot.words import counted
@@ -104,7 +104,8 @@ class Solution(Columns):
 
     def _ends(self, name: str) -> tuple[str, str, str, str]:
         known = self[name][np.isfinite(self[name])]
-        least, greatest = (f"{known.min():.4g}", f"{known.max():.4g}") if known.size else ("-", "-")
+        none = "undetermined" if name in self.undetermined else "-"
+        least, greatest = (f"{known.min():.4g}", f"{known.max():.4g}") if known.size else (none, none)
         return least, greatest, self.quantity(name).unit, self.quantity(name).meaning
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -142,6 +143,14 @@ class Solution(Columns):
     def event_names(self) -> tuple[str, ...]:
         """Names of the events that were watched for."""
         return self.extras["events"].names if self.extras and "events" in self.extras else ()
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of the multipliers that are not determined at some saved point, where constraints are redundant.
+
+        They are NaN there; the reactions, what all constraints do together, are determined everywhere.
+        """
+        return tuple(undetermined(self, self.headlines))
 
     @property
     def success(self) -> bool:

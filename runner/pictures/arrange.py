@@ -20,6 +20,10 @@ CROWD, TALL = 6, 12
 _SAME = 1e-12
 #: Inputs run over each other: a road under five axles.
 INPUTS = "inputs"
+#: How the names of reactions begin.
+REACTION = "reaction_"
+#: What single constraints carry, which is not determined where these are redundant: see `undetermined`.
+MULTIPLIERS = "multipliers"
 
 
 class Shown(Protocol):
@@ -60,6 +64,7 @@ def run_picture(
         if panels
         else default(run, headlines)
     )
+    notes += _gaps(run, headlines, [name for group in groups for name in group])
     twins = {} if panels else duplicates(run, headlines)
     since = from_start or None
 
@@ -76,16 +81,34 @@ def default(run: Shown, headlines: Headlines) -> tuple[list[list[str]], list[str
     """Groups of names, by kind and unit, and what is said of those that are in none."""
     twins = {twin for names in duplicates(run, headlines).values() for twin in names}
     groups: dict[tuple[str, str], list[str]] = {}
-    still = []
+    still, nowhere = [], [name for name, there in undetermined(run, headlines).items() if there.all()]
     for kind, names in headlines.items():
-        for name in (name for name in names if name in run.names and name not in twins):
+        for name in (name for name in names if name in run.names and name not in (*twins, *nowhere)):
             if kind == INPUTS and not run[name].any():
                 still.append(name)
             else:
                 groups.setdefault((kind, run.quantity(name).unit), []).append(name)
     notes = [f"0 throughout, not drawn: {', '.join(still)}"] if still else []
+    notes += [f"undetermined throughout, not drawn: {', '.join(nowhere)}"] if nowhere else []
     found = [list(part) for names in groups.values() for part in _parts(names)]
     return found[:TALL], notes + _left_out(name for group in found[TALL:] for name in group)
+
+
+def undetermined(run: Shown, headlines: Headlines) -> dict[str, NDArray[np.bool_]]:
+    """Multiplier -> at which points (n,) it is not determined, of those that are not determined somewhere.
+
+    There the constraints are redundant: what they do together, the reactions, is known, and what each does is not.
+    """
+    reactions = [name for name in run.names if name.startswith(REACTION)]
+    known = np.all([np.isfinite(run[name]) for name in reactions], axis=0) if reactions else True
+    found = {name: np.isnan(run[name]) & known for name in headlines.get(MULTIPLIERS, ()) if name in run.names}
+    return {name: there for name, there in found.items() if there.any()}
+
+
+def _gaps(run: Shown, headlines: Headlines, drawn: Sequence[str]) -> list[str]:
+    """What is said of multipliers that are drawn with gaps, or not at all though somebody chose them."""
+    found = [name for name in undetermined(run, headlines) if name in drawn]
+    return [f"undetermined where there is no line: {', '.join(found)}"] if found else []
 
 
 def duplicates(run: Shown, headlines: Headlines) -> dict[str, list[str]]:

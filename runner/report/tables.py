@@ -1,15 +1,17 @@
 """Tables for the terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table
 
 from qddot.runner.load import Model
 from qddot.runner.methods import METHODS
 from qddot.runner.metrics.table import METRICS
 from qddot.runner.modes import Mode, described, taking_part
+from qddot.runner.pictures.arrange import REACTION, undetermined
 from qddot.runner.solution import ROUNDING, Solution
 from qddot.words import counted
 
@@ -46,19 +48,44 @@ def summary_rows(solution: Solution) -> Iterator[tuple[str, ...]]:
         start, largest = solution[name][0], max(abs(found.least), abs(found.greatest))
         start = 0.0 if abs(start) < ROUNDING * largest else start
         numbers = (start, found.least, found.least_at, found.greatest, found.greatest_at)
-        yield name, solution.quantity(name).unit, *(f"{number + 0.0:.4g}" for number in numbers)  # + 0.0: no "-0"
+        texts = [f"{number + 0.0:.4g}" for number in numbers]  # + 0.0: no "-0"
+        if name in solution.undetermined:
+            texts = ["undetermined" if np.isnan(start) else texts[0], *(t.replace("nan", "") for t in texts[1:])]
+        yield name, solution.quantity(name).unit, *texts
 
 
 def not_finite(solution: Solution) -> list[str]:
-    """A line for each quantity that is no finite number somewhere: how often, and where first."""
-    lines = []
+    """A line for each quantity that is no finite number somewhere: how often, and where first.
+
+    Of multipliers that redundant constraints leave undetermined one line for all that are so at the same points.
+    """
+    found = undetermined(solution, solution.headlines)
+    lines = _undetermined(solution, found)
     for name in solution.names:
-        bad = np.flatnonzero(~np.isfinite(solution[name]))
+        bad = np.flatnonzero(~np.isfinite(solution[name]) & ~found.get(name, np.False_))
         if bad.size:
             value, t = solution[name][bad[0]], solution.t[bad[0]]
             lines.append(
                 f"{name} is no finite number at {bad.size} of {len(solution.t)} points, first {value} at {t:g} s"
             )
+    return lines
+
+
+def _undetermined(solution: Solution, found: Mapping[str, NDArray[np.bool_]]) -> list[str]:
+    alike: dict[bytes, list[str]] = {}
+    for name, there in found.items():
+        alike.setdefault(there.tobytes(), []).append(name)
+    reactions = [name for name in solution.names if name.startswith(REACTION)]
+    whole = ", ".join([*reactions[:3], *(["..."] if len(reactions) > 3 else [])])
+    lines = []
+    for names in alike.values():
+        points = np.flatnonzero(found[names[0]])
+        lines.append(
+            f"{', '.join(names)} {'are' if len(names) > 1 else 'is'} undetermined at {points.size} of "
+            f"{counted(len(solution.t), 'point')}, first at {solution.t[points[0]]:g} s: constraints are redundant "
+            f"there; what they do together is known ({whole}), what each carries is not: leave out those that follow "
+            "from others, or model what gives way"
+        )
     return lines
 
 
