@@ -7,11 +7,11 @@ STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto --dist loadfile
 BENCH ?=
 
-.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper gallery lint format bench clean
+.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper gallery lint format bench bench-compare clean
 .DEFAULT_GOAL := help
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/run ## from a fresh clone to the figure of one shot of the M113
 	$(BIN)/qddot generate m113
@@ -82,6 +82,10 @@ gallery: $(VENV)/run ## a page with a figure for each shipped model: docs/galler
 
 bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their own: make bench BENCH="--quick batch"
 	$(VENV)-bench/bin/python -m benchmarks $(BENCH)
+
+# The files behind the goal are its arguments; as goals they are there already.
+bench-compare: $(VENV)/run ## two results of `make bench` row by row: make bench-compare A.json B.json
+	@$(BIN)/python -m benchmarks.compare $(filter-out $@,$(MAKECMDGOALS))
 
 clean: ## remove results and caches; `rm -rf .venv` removes the environment
 	rm -rf results build .pytest_cache .mypy_cache .ruff_cache .hypothesis
