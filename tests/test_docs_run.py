@@ -1,24 +1,10 @@
-"""The pages that teach are typed as they stand: files are written, Python is run, what it prints is compared."""
+"""What the tutorial tells people to type beside its notebook works: see test_notebooks."""
 
-import contextlib
-import io
-import re
 import shlex
 import subprocess
 import sys
 
-import pytest
-from pages import ROOT, blocks_of
-
-PAGES = (
-    "docs/tutorial.md",
-    "docs/parts.md",
-    "docs/analysis.md",
-    "docs/from_matlab.md",
-    "docs/from_sympy.md",
-    "docs/python.md",
-    "docs/events.md",
-)
+from pages import blocks_of
 
 
 def _command(line, folder):
@@ -27,28 +13,6 @@ def _command(line, folder):
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_what_a_page_tells_to_type_does_what_it_shows(page, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "studies").symlink_to(ROOT / "studies")
-    names, printed, compared = {"__name__": "page"}, "", 0
-    for block in blocks_of(page):
-        if block.file:
-            (tmp_path / block.file).write_text(block.text)
-        elif block.language == "console":
-            for command, shown in re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", block.text, re.MULTILINE):
-                assert _command(command, tmp_path) == shown
-                compared += 1
-        elif block.language == "python":
-            with contextlib.redirect_stdout(io.StringIO()) as told:
-                exec(compile(block.text, page, "exec"), names)
-            printed = told.getvalue()
-        elif block.language == "text":
-            assert printed == block.text
-            compared += 1
-    assert compared or page == "docs/python.md"
 
 
 def test_the_tutorials_studies_run(tmp_path):

@@ -203,7 +203,7 @@ def test_the_crews_dose_is_the_weighted_accelerations_fourth_power(found):
     assert dose(run) == pytest.approx((np.trapezoid(weighted**4, t)) ** 0.25, rel=0.03)
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow])  # where many tests share a core
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # where many tests share a core
 @given(st.lists(st.tuples(st.integers(1, 9), st.integers(1, 9)), min_size=1, max_size=30))
 def test_the_front_is_what_nothing_is_quicker_and_closer_than(pairs):
     errors, seconds = np.array(pairs, dtype=float).T
