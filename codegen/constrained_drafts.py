@@ -20,6 +20,8 @@ MOST = 200
 SYSTEM = ("mass_matrix", "constraint_matrix", "right_side", "residuals", "coordinates")
 #: Arrays whose columns become derivatives of accelerations.
 COLUMNS = ("forces", "drifts")
+#: Kernels that may read multipliers and reactions.
+REPORTING = ("outputs", "scene")
 #: Functions that a kernel calls, by the file of `runner/machine` that they are from.
 _RUNTIME = {
     "constrained": frozenset(("equations", "blank", "outcome", "accelerations", "derivatives", "report")),
@@ -57,6 +59,7 @@ class ConstrainedDrafts:
             "energy": self._draft(vector_writes("values", energies)),
             "outputs": self._draft(vector_writes("values", equations.outputs)),
             **({"events": self._draft(vector_writes("values", equations.events))} if equations.events else {}),
+            **({"scene": self._draft(vector_writes("values", equations.scene))} if equations.scene else {}),
             **self._on_constraints(),
         }
 
@@ -153,7 +156,7 @@ def solution_slots(kernel: str, equations: Equations) -> dict[Any, Slot]:
     constraints, n = equations.constraints, len(equations.coordinates)
     slots = {symbol: Slot("right_side", (k,)) for k, symbol in enumerate(equations.accelerations)}
     for j, symbol in enumerate(constraints.multipliers):
-        slots[symbol] = Slot("multipliers", (j,)) if kernel == "outputs" else Slot("right_side", (n + j,))
+        slots[symbol] = Slot("multipliers", (j,)) if kernel in REPORTING else Slot("right_side", (n + j,))
     return slots | {symbol: Slot("reactions", (k,)) for k, symbol in constraints.reactions.items()}
 
 
@@ -183,7 +186,7 @@ def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
     if columns:
         made += [f"forces = blank({n}, {columns})", f"drifts = blank({m}, {columns})"]
         last.append(f"derivatives(constraint_matrix, workspace, forces, drifts, values, {first})")
-    if kernel == "outputs" and reports:
+    if kernel in REPORTING and reports:
         made.append(f"multipliers, reactions = outcome({n}, {m})")
         solved.append("report(constraint_matrix, right_side, workspace, multipliers, reactions)")
     return Calls(tuple(made), tuple(solved), tuple(last))

@@ -3,7 +3,7 @@
 from typing import Any
 
 import symengine as se
-from sympy import Basic, Function, Symbol
+from sympy import Basic, Float, Function, Integer, Symbol
 
 from qddot.model.kinks import cases
 from qddot.model.table import ORDERS, Value
@@ -23,7 +23,8 @@ def convert(expression: Any) -> Any:
     written = cases(expression)
     if isinstance(written, Basic) and written.has(Value):
         written = written.replace(lambda node: isinstance(node, Value), _primed)
-    return se.sympify(written)
+    zeros = written.atoms(Float) if isinstance(written, Basic) else ()
+    return se.sympify(written.xreplace({each: Integer(0) for each in zeros if each.is_zero}) if zeros else written)
 
 
 def _primed(value: Value) -> Any:

@@ -63,6 +63,7 @@ class Drafts:
             "energy": self._energy(),
             "outputs": self._outputs(),
             **(events if self._equations.events else {}),
+            **({"scene": self._values(self._equations.scene)} if self._equations.scene else {}),
             **slopes,
         }
 

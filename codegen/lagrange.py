@@ -21,6 +21,7 @@ from qddot.codegen.switches import Switches
 from qddot.model.contents import accelerations, as_prescribed, declared
 from qddot.model.definitions import as_expression
 from qddot.model.events import event_expressions
+from qddot.model.scene import scene_numbers
 from qddot.model.system import ModelError, System
 
 #: Steps of an elimination that is written out, at most, or of one whose factors are sparse, so many a coordinate; see
@@ -39,7 +40,7 @@ class Equations:
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
     switches: the conditions in time, by their sides. positions: name of an input that has a position -> its position.
     constraints: what they say; M qddot + G' lambda = f where there are any. events: their functions, then the values
-    that they give to states.
+    that they give to states. scene: the numbers of its shapes.
     """
 
     system: System
@@ -69,6 +70,7 @@ class Equations:
     positions: Mapping[str, Any]
     constraints: Constraints
     events: Vector
+    scene: Vector
 
     @property
     def solution(self) -> frozenset[Any]:
@@ -192,6 +194,7 @@ def derive(system: System) -> Equations:
         positions=_positions(system),
         constraints=constraints,
         events=tuple(convert(as_expression(value)) for _, value in event_expressions(system)),
+        scene=tuple(switches(convert(as_expression(value))) for _, _, value in scene_numbers(system)),
     )
 
 

@@ -19,6 +19,7 @@ from qddot.codegen.recurrences_motion import recurrences
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, copying, function
 from qddot.model.constraints import Constraint
 from qddot.model.contents import accelerations
+from qddot.model.scene import row
 
 #: Characters of a line within a function.
 _ROOM = 116
@@ -69,6 +70,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
                 (e.name, int(e.direction), e.terminal, e.meaning, tuple(map(str, e.then)))
                 for e in equations.system.events
             ],
+            scene=[row(shape, [u.symbol for u in equations.system.inputs]) for shape in equations.system.scene],
             solving=runtime_names(body, equations),
             functions=functions,
             lookups=lookups(program),

@@ -32,6 +32,7 @@ HEADS = {
         "Kinetic and potential energy, dissipated power, power put in by forces and inputs.",
     ),
     "outputs": (("t", "state", "inputs", "constants", "values"), "Outputs, in the order of OUTPUT."),
+    "scene": (("t", "state", "inputs", "constants", "values"), "Numbers of the shapes in SCENE, one behind the other."),
     "events": (
         ("t", "state", "inputs", "constants", "values"),
         "Functions of the events, in the order of EVENT, then the values that these give to states.",
@@ -121,7 +122,7 @@ def _bare_module() -> str:
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
     single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
-    tables = dict.fromkeys((*rows, "constraints", "events"), ())
+    tables = dict.fromkeys((*rows, "constraints", "events", "scene"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {
         "parameter_sets": {},
         "solving": {},

@@ -15,6 +15,19 @@ INTO = ROOT / "docs" / "gallery"
 STUDIES = ROOT / "studies"
 #: Models of which a ready study is shown that is not called by their name.
 READY = {"m113": "terrain_run.toml"}
+#: The time, s, at which a model's scene is shown.
+MOMENTS = {
+    "cart_pole": 1.4,
+    "chain": 0.7,
+    "double_pendulum": 1.2,
+    "four_bar": 3.63,
+    "half_car": 0.62,
+    "m113": 5.06,
+    "one_axle": 0.25,
+    "pendulum": 2.0,
+    "quarter_car": 3.0,
+    "recoil_damper": 0.004,
+}
 
 
 def models() -> list[str]:
@@ -46,6 +59,8 @@ def page(model: str) -> str:
 
 {said}
 
+![The model at {MOMENTS[model]:g} s]({model}_scene.png)
+
 ![{study.tables.title}]({model}.png)
 
 ```
@@ -67,18 +82,20 @@ The study:
 def index(names: list[str]) -> str:
     """The page of all pictures."""
     shown = "\n\n".join(
-        f"## [{qddot.load(name).tables.title}]({name}.md)\n\n[![{name}]({name}.png)]({name}.md)" for name in names
+        f"## [{qddot.load(name).tables.title}]({name}.md)\n\n[![{name}]({name}_scene.png)]({name}.md)" for name in names
     )
     return f"# Gallery\n\nA study of every model that comes with qddot; `make gallery` makes the pages.\n\n{shown}\n"
 
 
 def draw(model: str) -> None:
-    """Run the study of a model and draw it as `qddot run` does."""
+    """Run the study of a model and draw it as `qddot run` does, and a moment of its scene."""
     study = qddot.read_study(study_of(model))
     figure = study.tables.figure
-    drawn = study.run().plot(*figure.panels, from_start=figure.from_start, title=study.tables.title)
-    with written_aside(INTO / f"{model}.png") as aside:
-        drawn.savefig(aside, format="png", dpi=80, pil_kwargs={"optimize": True})
+    run = study.run()
+    curves = run.plot(*figure.panels, from_start=figure.from_start, title=study.tables.title)
+    for drawn, name in ((curves, model), (run.scene(MOMENTS[model]), f"{model}_scene")):
+        with written_aside(INTO / f"{name}.png") as aside:
+            drawn.savefig(aside, format="png", dpi=80, pil_kwargs={"optimize": True})
 
 
 def main() -> None:
@@ -88,7 +105,7 @@ def main() -> None:
     for name in names:
         draw(name)
         (INTO / f"{name}.md").write_text(page(name), encoding="utf-8")
-        print(f"wrote docs/gallery/{name}.md and its figure", flush=True)
+        print(f"wrote docs/gallery/{name}.md and its figures", flush=True)
     (INTO / "index.md").write_text(index(names), encoding="utf-8")
 
 

@@ -2,30 +2,40 @@
 
 from qddot.model import Constraint, Coordinate, Event, Input, Output, Parameter, Part, Prescribed, Quantity
 from qddot.model import Rolling, State, System, Table, from_sympy
+from qddot.model import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
 """
 
 from qddot.model.constraints import Constraint, Rolling
 from qddot.model.events import Event
 from qddot.model.part import Part
+from qddot.model.scene import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
 from qddot.model.sympy_mechanics import from_sympy
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Prescribed, Quantity, State, System, t
 from qddot.model.table import Table
 
 __all__ = [
+    "Arrow",
+    "Bar",
     "Constraint",
     "Coordinate",
+    "Damper",
     "Event",
+    "Ground",
     "Input",
     "ModelError",
     "Output",
     "Parameter",
     "Part",
+    "Point",
+    "Polygon",
     "Prescribed",
     "Quantity",
     "Rolling",
+    "Spring",
     "State",
     "System",
     "Table",
+    "Wheel",
     "from_sympy",
     "t",
 ]

@@ -2,6 +2,7 @@
 
 from sympy import Rational, Symbol, cos, sin, symbols
 
+from qddot.model.scene import Arrow, Bar, Ground, Point, Polygon, Wheel
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
@@ -30,5 +31,14 @@ def system() -> System:
         potential_energy=half * m_p * g * length * cos(theta),
         dissipation=half * c_x * xdot**2 + half * c_theta * thetadot**2,
         generalized_forces={x: force},
+        scene=(
+            Ground([(x, -0.16)], depth=0.05, colour="grey"),
+            Arrow((x, 0), (force, 0)),
+            Polygon([(-0.25, -0.08), (0.25, -0.08), (0.25, 0.08), (-0.25, 0.08)], at=(x, 0)),
+            Wheel((x - 0.15, -0.09), 0.07, angle=-x / 0.07),
+            Wheel((x + 0.15, -0.09), 0.07, angle=-x / 0.07),
+            Bar((x, 0), (x + length * sin(theta), length * cos(theta)), 0.05, colour="orange"),
+            Point((x, 0), 0.035, colour="dark"),
+        ),
         outputs=(Output(Symbol("x_tip"), x + length * sin(theta), "m", "horizontal position of the pole's tip"),),
     )

@@ -1,7 +1,10 @@
 """A chain of n equal masses joined by springs and dampers, shaken at one end."""
 
+from itertools import pairwise
+
 from sympy import Add, Rational, Symbol, symbols
 
+from qddot.model.scene import Damper, Point, Polygon, Spring
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
@@ -11,6 +14,8 @@ def system(n: int = 10) -> System:
     m, k, c, w, wdot = symbols("m k c w wdot")
     half = Rational(1, 2)
     left, left_rate = (w, *q[:-1]), (wdot, *qdot[:-1])
+    places = [_place(i, displacement) for i, displacement in enumerate((w, *q))]
+    links = list(pairwise(places))
     return System(
         name="chain" if n == 10 else f"chain_{n}",
         title=f"Chain of {n} masses shaken at one end",
@@ -27,4 +32,15 @@ def system(n: int = 10) -> System:
         outputs=(
             Output(Symbol("base_force"), k * (w - q[0]) + c * (wdot - qdot[0]), "N", "force of the base on the chain"),
         ),
+        scene=(
+            Polygon([(-0.03, -0.12), (0, -0.12), (0, 0.12), (-0.03, 0.12)], at=(places[0], 0), colour="grey"),
+            *(Spring((start, 0.025), (end, 0.025), 0.03) for start, end in links),
+            *(Damper((start, -0.025), (end, -0.025), 0.02) for start, end in links),
+            *(Point((place, 0), 0.035, colour="blue") for place in places[1:]),
+        ),
     )
+
+
+def _place(i, displacement):  # type: ignore[no-untyped-def]
+    """Where the scene shows a mass: a fifth of a metre apart, five times what they move."""
+    return Rational(i, 5) + 5 * displacement

@@ -12,6 +12,7 @@ from qddot.model.contents import HELD, declared, expressions, items, outputs, sy
 from qddot.model.events import Event, problems_of_events
 from qddot.model.jumps import jumps
 from qddot.model.naming import LONGEST, name_problem, t
+from qddot.model.scene import forms_of_scene, units_of_scene
 from qddot.model.uses import fixed_positions, loops, massless, order, still_energies, unused
 from qddot.model.vocabulary import refusals
 from qddot.units.worth import problem
@@ -24,13 +25,13 @@ if TYPE_CHECKING:
 def problems(system: "System") -> list[str]:
     """Every reason to refuse a system; later checks run only where the earlier ones passed."""
     stages = (
-        (_kinds,),
+        (_kinds, forms_of_scene),
         (_symbols_given,),
         (_types,),
         (_names, _texts, _numbers, problems_of_events),
         (_expressions, order, _vocabulary),
         (loops,),
-        (unused, fixed_positions, still_energies, problems_of_constraints),
+        (unused, fixed_positions, still_energies, problems_of_constraints, units_of_scene),
         (reactions, massless),
         (jumps,),
     )
@@ -136,8 +137,8 @@ def _expressions(system: "System") -> Iterator[str]:
             yield f"{place} uses {symbol}, {what}, which is not known yet there: outputs may use it"
     if system.constraints:
         known |= {reaction_symbol(coordinate) for coordinate in system.coordinates}
-    for output in system.outputs:
-        yield from _unknown_symbols(f"output {output.symbol}", output.expression, known)
+    for place, expression in outputs(system):
+        yield from _unknown_symbols(place, expression, known)
 
 
 def _unknown_symbols(place: str, expression: Any, known: set[Symbol]) -> Iterator[str]:

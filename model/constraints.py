@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Add, Expr, Piecewise, Symbol, expand
 
-from qddot.model.contents import accelerations, as_prescribed, declared, symbols
-from qddot.model.dimensions import Dimension, dimension, dimension_of_unit, product, said
+from qddot.model.contents import accelerations, as_prescribed, declared, outputs, symbols
+from qddot.model.dimensions import Dimension, dimension, dimension_of_unit, product, said, units_of
 from qddot.model.kinks import KINKED
 from qddot.model.naming import t
 from qddot.model.table import Value
@@ -84,11 +84,11 @@ def reactions(system: "System") -> Iterator[str]:
     for symbol, coordinate in acted_on.items():
         if symbol in taken:
             yield f"{taken[symbol]} {symbol} has the name of the reaction on {coordinate.symbol}; choose another name"
-    for output in system.outputs:
+    for place, expression in outputs(system):
         for coordinate in system.coordinates if system.constraints else ():
             symbol = reaction_symbol(coordinate)
-            if symbol in symbols(output.expression) and symbol not in taken.keys() | acted_on.keys():
-                yield f"output {output.symbol} uses {symbol}, and no constraint acts on {coordinate.symbol}"
+            if symbol in symbols(expression) and symbol not in taken.keys() | acted_on.keys():
+                yield f"{place} uses {symbol}, and no constraint acts on {coordinate.symbol}"
 
 
 def problems_of_constraints(system: "System") -> Iterator[str]:
@@ -193,11 +193,7 @@ def _baumgarte(system: "System") -> Iterator[str]:
 
 def _units(system: "System") -> Iterator[str]:
     """Multipliers whose unit cannot be that of a force: told only where the dimension of the expression is certain."""
-    moving: tuple[Any, ...] = (*system.coordinates, *system.states, *system.inputs)
-    fixed: tuple[Any, ...] = (*system.parameters, *system.quantities)
-    units = {t: "s"} | {each.symbol: each.unit for each in (*moving, *fixed)}
-    rates = [(each.rate, each.unit) for each in (*moving, *system.quantities) if each.rate is not None]
-    units |= {rate: "1/s" if unit == "1" else f"({unit})/s" for rate, unit in rates}
+    units = units_of(system)
     for each in system.constraints:
         own, given = dimension(each.expression, units), dimension_of_unit(each.unit)
         effort = dimension_of_unit("J" if isinstance(each, Constraint) else "W")

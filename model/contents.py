@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Expr, Symbol
 
 from qddot.model.events import event_expressions
+from qddot.model.scene import scene_numbers
 from qddot.model.table import Table, Value
 
 if TYPE_CHECKING:
@@ -82,8 +83,9 @@ def energies(system: "System") -> Iterator[tuple[str, Any]]:
 
 
 def outputs(system: "System") -> Iterator[tuple[str, Any]]:
-    """(place, expression) of the outputs."""
+    """(place, expression) of what is computed of a state for the eye: outputs, numbers of the scene."""
     yield from ((f"output {output.symbol}", output.expression) for output in system.outputs)
+    yield from ((place, expression) for place, _, expression in scene_numbers(system))
 
 
 def positions(system: "System") -> Iterator[tuple[str, Any]]:

@@ -6,6 +6,7 @@ from typing import Any
 
 from sympy import Add, Expr, Mul, Number, Pow, Rational, Symbol
 
+from qddot.model.naming import t
 from qddot.units.worth import ANGLES, unit_of
 
 #: Base unit -> power, none of them 0.
@@ -15,6 +16,16 @@ Dimension = Mapping[str, Fraction]
 def dimension_of_unit(unit: str) -> Dimension:
     """The dimension of a unit."""
     return {base: Fraction(power) for base, power in unit_of(unit).dimension if base not in ANGLES}
+
+
+def units_of(system: Any) -> dict[Symbol, str]:
+    """The units of a model's symbols, of their rates and of what a run solves for."""
+    moving: tuple[Any, ...] = (*system.coordinates, *system.states, *system.inputs)
+    fixed: tuple[Any, ...] = (*system.parameters, *system.quantities, *system.constraints)
+    units = {t: "s"} | {each.symbol: each.unit for each in (*moving, *fixed)}
+    rates = [(each.rate, each.unit) for each in (*moving, *system.quantities) if each.rate is not None]
+    units |= {rate: "1/s" if unit == "1" else f"({unit})/s" for rate, unit in rates}
+    return units | {each.acceleration: f"({each.unit})/s^2" for each in system.coordinates if each.unit != "1"}
 
 
 def dimension(expression: Expr, units: Mapping[Symbol, str]) -> Dimension | None:

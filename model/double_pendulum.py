@@ -2,6 +2,7 @@
 
 from sympy import Rational, Symbol, cos, sin, symbols
 
+from qddot.model.scene import Bar, Point
 from qddot.model.system import Coordinate, Output, Parameter, System
 
 
@@ -12,6 +13,8 @@ def system() -> System:
     half = Rational(1, 2)
     height_1 = -l_1 * cos(theta_1)
     height_2 = height_1 - l_2 * cos(theta_2)
+    upper = (l_1 * sin(theta_1), height_1)
+    lower = (l_1 * sin(theta_1) + l_2 * sin(theta_2), height_2)
     return System(
         name="double_pendulum",
         title="Double pendulum, 2 degrees of freedom",
@@ -34,9 +37,14 @@ def system() -> System:
         potential_energy=m_1 * g * height_1 + m_2 * g * height_2,
         dissipation=half * c_1 * thetadot_1**2 + half * c_2 * (thetadot_2 - thetadot_1) ** 2,
         outputs=(
-            Output(
-                Symbol("x_2"), l_1 * sin(theta_1) + l_2 * sin(theta_2), "m", "horizontal position of the lower mass"
-            ),
+            Output(Symbol("x_2"), lower[0], "m", "horizontal position of the lower mass"),
             Output(Symbol("y_2"), height_2, "m", "height of the lower mass over the pivot"),
+        ),
+        scene=(
+            Bar((0, 0), upper),
+            Bar(upper, lower),
+            Point((0, 0), colour="dark"),
+            Point(upper, l_1 / 12),
+            Point(lower, l_2 / 12),
         ),
     )

@@ -3,6 +3,7 @@
 from sympy import Rational, Symbol, cos, sin, symbols
 
 from qddot.model.constraints import Constraint
+from qddot.model.scene import Arrow, Bar, Point, Polygon
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
@@ -19,6 +20,10 @@ def system() -> System:
         sum(l_1 * sin(angle) for l_1, angle, _ in before) + half * bar[0] * sin(bar[1])
         for before, bar in zip(starts, (crank, coupler, rocker), strict=True)
     ]
+    pin = (length[0] * cos(theta[0]), length[0] * sin(theta[0]))
+    end = (pin[0] + length[1] * cos(theta[1]), pin[1] + length[1] * sin(theta[1]))
+    closing = (d + length[2] * cos(theta[2]), length[2] * sin(theta[2]))
+    foot = [(0, 0), (0.06, -0.1), (-0.06, -0.1)]
     return System(
         name="four_bar",
         title="Four-bar linkage, closed by two constraints",
@@ -51,8 +56,17 @@ def system() -> System:
             Constraint(lam_y, _closing(sin, length, theta), "N", "force in the pin of the rocker, vertical"),
         ),
         outputs=(
-            Output(Symbol("x_pin"), length[0] * cos(theta[0]), "m", "horizontal position of the crank's end"),
-            Output(Symbol("y_pin"), length[0] * sin(theta[0]), "m", "height of the crank's end over its pin"),
+            Output(Symbol("x_pin"), pin[0], "m", "horizontal position of the crank's end"),
+            Output(Symbol("y_pin"), pin[1], "m", "height of the crank's end over its pin"),
+        ),
+        scene=(
+            Polygon(foot, colour="grey"),
+            Polygon(foot, at=(d, 0), colour="grey"),
+            Bar((d, 0), closing, 0.05, colour="olive"),
+            Bar(pin, end, 0.05),
+            Bar((0, 0), pin, 0.05, colour="orange"),
+            *(Point(place, 0.02, colour="dark") for place in ((0, 0), pin, closing, (d, 0))),
+            Arrow(closing, (lam_x, lam_y)),  # on the rocker
         ),
     )
 

@@ -3,6 +3,7 @@
 from sympy import Rational, Symbol, symbols
 
 from qddot.model.part import Part
+from qddot.model.scene import Damper, Ground, Polygon, Spring, Wheel
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 
 HALF = Rational(1, 2)
@@ -20,6 +21,11 @@ axle = Part(
     kinetic_energy=HALF * m * zdot**2,
     potential_energy=HALF * (k * delta**2 + k_t * (z - w) ** 2),
     dissipation=HALF * c * deltadot**2,
+    scene=(
+        Wheel((ahead, z + 0.3), 0.3),
+        Spring((ahead - 0.06, z + 0.3), (ahead - 0.06, z_b + ahead * theta + 0.82), 0.1),
+        Damper((ahead + 0.07, z_b + ahead * theta + 0.82), (ahead + 0.07, z + 0.3), 0.07),
+    ),
     outputs=(deflection, Output(Symbol("tyre_force"), k_t * (w - z), "N", "dynamic {} tyre force")),
     parameters=(
         Parameter(m, 40.0, "kg", "{} unsprung mass"),
@@ -30,10 +36,28 @@ axle = Part(
     ),
 )
 
+SIDE = [
+    (-2.1, 0.4),
+    (2.0, 0.4),
+    (2.05, 0.68),
+    (1.85, 0.83),
+    (1.0, 0.95),
+    (0.35, 1.38),
+    (-1.05, 1.4),
+    (-1.75, 1.0),
+    (-2.1, 0.92),
+]
+GLASS = [(0.78, 0.97), (0.27, 1.29), (-0.95, 1.31), (-1.45, 0.99)]
+
 body = Part(
     "body",
     coordinates=(Coordinate(z_b, "m", "heave of the body"), Coordinate(theta, "rad", "pitch of the body")),
     kinetic_energy=HALF * (m_b * zdot_b**2 + I_b * thetadot**2),
+    scene=(
+        Ground([(-a_r, Symbol("w_r")), (a_f, Symbol("w_f"))]),
+        Polygon([(x, y - 0.55) for x, y in SIDE], at=(0, z_b + 0.55), angle=theta),
+        Polygon([(x, y - 0.55) for x, y in GLASS], at=(0, z_b + 0.55), angle=theta, colour="grey"),
+    ),
     outputs=(
         Output(Symbol("heave_acceleration"), Symbol("zddot_b"), "m/s^2", "heave acceleration of the body"),
         Output(Symbol("pitch_acceleration"), Symbol("thetaddot"), "rad/s^2", "pitch acceleration of the body"),

@@ -35,6 +35,7 @@ def joined(one: "Part", other: "Part") -> "Part":
         parameter_sets=_sets(one, other),
         baumgarte=_baumgarte(one, other),
         events=(*one.events, *other.events),
+        scene=(*one.scene, *other.scene),
         shared=tuple(dict.fromkeys((*one.shared, *other.shared))),
         pieces=(*one.pieces, *other.pieces),
         stems=stems,

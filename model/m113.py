@@ -3,8 +3,9 @@
 Numbered from 1, as in the paper: q[1] to q[5] are the axles, q[6] and q[7] heave and pitch of the hull.
 """
 
-from sympy import Rational, Symbol, symbols
+from sympy import Rational, Symbol, cos, pi, sin, symbols
 
+from qddot.model.scene import Arrow, Bar, Damper, Ground, Polygon, Shape, Spring, Wheel
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 
 AXLES = range(1, 6)
@@ -47,6 +48,67 @@ outputs: tuple[Output | Quantity, ...] = (
     Output(Symbol("barrel_end"), q[6] - l_b * q[7], "m", "vertical displacement of the barrel end"),
     *deflections,
     *(Output(Symbol(f"tyre_force_{i}"), k[i] * (z[i] - q[i]), "N", f"tyre force, axle {i}") for i in AXLES),
+)
+
+# How it looks. The model's displacements count from springs without load, the scene's from the vehicle at rest
+soft = {i: k[i] * k[i + 5] / (k[i] + k[i + 5]) for i in AXLES}
+weight = {i: g * m[i] * k[i + 5] / (k[i] + k[i + 5]) for i in AXLES}
+sums = [sum(soft[i] * a[i] ** power for i in AXLES) for power in range(3)]
+load, moment = g * m[6] + sum(weight.values()), sum(a[i] * weight[i] for i in AXLES)
+across = sums[0] * sums[2] - sums[1] ** 2
+rest_6, rest_7 = (sums[1] * moment - sums[2] * load) / across, (sums[1] * load - sums[0] * moment) / across
+rest = {i: (k[i + 5] * (rest_6 + a[i] * rest_7) - g * m[i]) / (k[i] + k[i + 5]) for i in AXLES}
+
+RADIUS, TRACK = 0.29, 0.05
+centre, tilt = (0, l_9 + q[6] - rest_6), rest_7 - q[7]  # of the hull: its centre of mass, its nose's way up
+wheels = {i: (-a[i], RADIUS + TRACK + q[i] - rest[i]) for i in AXLES}
+
+
+def on_hull(x: object, z: object) -> tuple[object, object]:
+    """Where a place of the hull is: x ahead of its centre of mass, z above level ground at rest."""
+    up = z - l_9
+    return x * cos(tilt) - up * sin(tilt), centre[1] + x * sin(tilt) + up * cos(tilt)
+
+
+def around(place: tuple[object, object], radius: float, degrees: tuple[int, ...]) -> list[tuple[object, object]]:
+    """Places about another, at angles counted from straight ahead."""
+    turned = [(cos(pi * angle / 180).evalf(), sin(pi * angle / 180).evalf()) for angle in degrees]
+    return [(place[0] + radius * x, place[1] + radius * z) for x, z in turned]
+
+
+def body(colour: str, *corners: tuple[float, float]) -> Polygon:
+    """A part of the hull with corners (ahead, above level ground at rest)."""
+    return Polygon([(x, z - l_9) for x, z in corners], at=centre, angle=tilt, colour=colour)
+
+
+sprocket, idler = on_hull(2.0, 0.72), on_hull(-1.72, 0.62)
+belt = (
+    *around(sprocket, 0.27, (100, 60, 20, -20, -50)),
+    *around(wheels[1], RADIUS + TRACK / 2, (-50, -75)),
+    *((x, z - RADIUS - TRACK / 2) for x, z in wheels.values()),
+    *around(wheels[5], RADIUS + TRACK / 2, (-105, -130)),
+    *around(idler, 0.25, (230, 200, 160, 120, 90)),
+)
+muzzle = on_hull(l_b, l_10)
+scene: tuple[Shape, ...] = (
+    Ground([(-a[i], z[i]) for i in reversed(AXLES)]),
+    body("olive", (2.05, 0.5), (2.34, 1.0), (1.6, 1.72), (-2.42, 1.72), (-2.52, 1.6), (-2.45, 0.5)),
+    body("dark", (0.5, 1.72), (0.42, 2.02), (0.3, 2.42), (-0.55, 2.42), (-0.75, 2.05), (-0.75, 1.72)),
+    Bar(on_hull(0.2, l_10), muzzle, 0.07, colour="grey"),
+    *(Spring(wheels[i], on_hull(-a[i], 1.15), 0.16) for i in AXLES),
+    *(Damper(on_hull(0.16 - a[i], 1.15), wheels[i], 0.1) for i in (1, 5)),
+    Wheel(sprocket, 0.24),
+    Wheel(idler, 0.22),
+    *(Wheel(place, RADIUS) for place in wheels.values()),
+    Polygon(belt, width=TRACK, filled=False, colour="dark"),
+    Polygon(
+        [(0.02, -0.03), (0.25, -0.2), (0.3, -0.08), (0.75, 0), (0.3, 0.08), (0.25, 0.2), (0.02, 0.03)],
+        at=muzzle,
+        angle=tilt,
+        colour="yellow",
+        when=F,
+    ),
+    Arrow(on_hull(-0.8, l_10), (-F, 0)),
 )
 
 parameters = (
@@ -108,6 +170,7 @@ def system() -> System:
         dissipation=Phi,
         generalized_forces=Q,
         outputs=outputs,
+        scene=scene,
         parameters=parameters,
         parameter_sets={
             f"{suspension}_{load}": {**values, **changed}

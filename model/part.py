@@ -16,6 +16,7 @@ from qddot.model.copies import MARK, bound, marked, names_of_copy, renamed, said
 from qddot.model.definitions import LoopError, as_sum, definitions, in_order
 from qddot.model.events import Event
 from qddot.model.joining import SUMS, joined
+from qddot.model.scene import Shape
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Quantity, State, System
 
 
@@ -50,6 +51,7 @@ class Part:
     constraints: Sequence[Constraint | Rolling] = ()
     baumgarte: Sequence[Expr] | None = None
     events: Sequence[Event] = ()
+    scene: Sequence[Shape] = ()
     shared: Sequence[Symbol] = ()
     #: What it is made of, and for each of its symbols the one that copies of a part have in its place.
     pieces: tuple[str, ...] = field(default=(), repr=False)
@@ -62,7 +64,7 @@ class Part:
             for item in getattr(self, name):
                 if type(item).__name__ not in kinds or not isinstance(item.symbol, Symbol):
                     raise ModelError(f"part {self.name}: {name} holds {item!r}, expected {' or '.join(kinds)}")
-        for name in ("shared", "events"):
+        for name in ("shared", "events", "scene"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         for name in SUMS:
             value = as_sum(getattr(self, name))

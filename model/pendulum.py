@@ -1,7 +1,10 @@
 """A pendulum of n equal links: point masses on massless rods, viscous joints."""
 
+from itertools import pairwise
+
 from sympy import Add, Rational, Symbol, cos, sin, symbols
 
+from qddot.model.scene import Bar, Point
 from qddot.model.system import Coordinate, Output, Parameter, System
 
 
@@ -17,6 +20,7 @@ def system(n: int = 3) -> System:
         + Add(*(sin(theta[i]) * thetadot[i] for i in range(j + 1))) ** 2
         for j in range(n)
     ]
+    masses = list(zip(x, y, strict=True))
     joints = (thetadot[0], *(thetadot[i] - thetadot[i - 1] for i in range(1, n)))
     return System(
         name="pendulum" if n == 3 else f"pendulum_{n}",
@@ -34,5 +38,10 @@ def system(n: int = 3) -> System:
         outputs=(
             Output(Symbol("x_tip"), x[-1], "m", "horizontal position of the tip"),
             Output(Symbol("y_tip"), y[-1], "m", "height of the tip over the pivot"),
+        ),
+        scene=(
+            *(Bar(upper, lower) for upper, lower in pairwise([(0, 0), *masses])),
+            Point((0, 0), colour="dark"),
+            *(Point(mass, length / 10) for mass in masses),
         ),
     )

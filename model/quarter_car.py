@@ -2,6 +2,7 @@
 
 from sympy import Rational, Symbol, symbols
 
+from qddot.model.scene import Damper, Ground, Polygon, Spring, Wheel
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System
 
 
@@ -37,5 +38,12 @@ def system() -> System:
             Output(Symbol("body_acceleration"), Symbol("zddot_s"), "m/s^2", "acceleration of the sprung mass"),
             deflection,
             Output(Symbol("tyre_force"), k_t * (z_r - z_u), "N", "dynamic tyre force"),
+        ),
+        scene=(
+            Ground([(0, z_r)]),
+            Spring((-0.12, z_u + 0.32), (-0.12, z_s + 1.1), 0.14),
+            Damper((0.12, z_s + 1.1), (0.12, z_u + 0.32), 0.1),
+            Wheel((0, z_u + 0.32), 0.32),
+            Polygon([(-0.45, 1.1), (0.45, 1.1), (0.45, 1.3), (0.36, 1.4), (-0.36, 1.4), (-0.45, 1.3)], at=(0, z_s)),
         ),
     )

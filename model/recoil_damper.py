@@ -7,6 +7,7 @@ beside it, in series with a dashpot c_1, an accumulator k_1 beside all of them, 
 
 from sympy import Abs, Max, Min, Rational, Symbol, symbols
 
+from qddot.model.scene import Arrow, Damper, Point, Polygon, Spring
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, State, System
 
 
@@ -23,6 +24,27 @@ def system() -> System:
     v, w, u_c, u_m, k_p, k_i, k_d = symbols("v w u_c u_m k_p k_i k_d")
     half = Rational(1, 2)
     command = Quantity(u_c, Min(Max(w, 0), u_m), "V", "commanded voltage")
+    barrel = [
+        (-0.12, -0.035),
+        (0.06, -0.035),
+        (0.08, -0.018),
+        (0.4, -0.018),
+        (0.4, 0.018),
+        (0.08, 0.018),
+        (0.06, 0.035),
+        (-0.12, 0.035),
+    ]
+    flash = [(0.405, -0.006), (0.44, -0.03), (0.47, -0.012), (0.52, 0), (0.47, 0.012), (0.44, 0.03), (0.405, 0.006)]
+    cradle = [
+        (-0.3, -0.16),
+        (0.2, -0.16),
+        (0.2, -0.045),
+        (0.18, -0.045),
+        (0.18, -0.13),
+        (-0.28, -0.13),
+        (-0.28, 0.03),
+        (-0.3, 0.03),
+    ]
     return System(
         name="recoil_damper",
         title="Recoiling parts on a magnetorheological damper under a PID law",
@@ -68,5 +90,15 @@ def system() -> System:
         outputs=(
             Output(Symbol("damper_force"), c_1 * ydot + k_1 * x, "N", "force of the damper and its accumulator"),
             command,
+        ),
+        scene=(
+            Polygon(cradle, colour="grey"),
+            Spring((-0.28, 0.0), (-x - 0.12, 0.0), 0.035),
+            Damper((-0.28, -0.09), (-x - 0.05, -0.09), 0.035),
+            Polygon([(-0.05, -0.1), (-0.02, -0.1), (-0.02, -0.03), (-0.05, -0.03)], at=(-x, 0), colour="olive"),
+            Polygon(barrel, at=(-x, 0), colour="olive"),
+            Polygon(flash, at=(-x, 0), colour="yellow", when=F),
+            Point((-x - 0.035, -0.09), 0.008, colour="dark"),
+            Arrow((-x - 0.12, 0.06), (-F, 0)),
         ),
     )

@@ -12,10 +12,11 @@ from sympy import Expr, Integer, Symbol, sympify
 from qddot.model.assumptions import plain, unkept
 from qddot.model.check import problems
 from qddot.model.constraints import Constraint, Rolling, constrained, reaction_symbol, reaction_unit
-from qddot.model.contents import tables
+from qddot.model.contents import HELD, tables
 from qddot.model.definitions import as_expression, as_sum, definitions, in_order
 from qddot.model.events import Event
 from qddot.model.naming import LONGEST, dotted, t
+from qddot.model.scene import Shape
 from qddot.model.table import Table
 
 __all__ = [
@@ -167,6 +168,7 @@ class System:
     events: what acts on the state where a function crosses zero.
 
     outputs: `Output`s, and quantities to be computed as outputs under their own names.
+    scene: how the model looks, see `scene`; nothing that is computed depends on it.
     parameter_sets: name -> {parameter symbol: value}, what differs from the defaults.
 
     Raises ModelError, naming each culprit.
@@ -188,9 +190,10 @@ class System:
     constraints: Sequence[Constraint | Rolling] = ()
     baumgarte: Sequence[Expr] | None = None
     events: Sequence[Event] = ()
+    scene: Sequence[Shape] = ()
 
     def __post_init__(self) -> None:
-        for name in ("coordinates", "states", "parameters", "inputs", "quantities", "outputs", "constraints", "events"):
+        for name in (*HELD, "events", "scene"):
             object.__setattr__(self, name, _tuple(getattr(self, name)))
         for name in ("kinetic_energy", "potential_energy", "dissipation"):
             object.__setattr__(self, name, as_sum(getattr(self, name)))

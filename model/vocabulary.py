@@ -130,7 +130,7 @@ def _number(node: Any) -> str | None:
     value = _float(node)
     if math.isinf(value):
         return "it is too large for a floating-point number, which ends at 1.8e308"
-    if value == 0 and node != 0:
+    if value == 0 and not node.is_zero:
         return "it is too small for a floating-point number, which ends at 4.9e-324"
     return None
 

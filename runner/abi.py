@@ -12,6 +12,7 @@ these once per run. Every kernel writes all of its last argument and allocates n
     energy(t, x, u, c, E)           E (4,)  kinetic, potential, dissipated power, power put in
     outputs(t, x, u, c, y)          y (n_outputs,)
     events(t, x, u, c, v)           v: functions of the events, then the values that they give to states
+    scene(t, x, u, c, v)            v: numbers of the shapes in SCENE, one behind the other
     constraints(t, x, u, c, v)      v: entries of R (n + m, n + 2) for n coordinates and m constraints: lower triangle
                                     of M, below it G, and beside that the residuals of positions and of velocities
     tangent(t, x, u, c, v)          v: entries of the derivative by x of the residuals of positions, and then of those
@@ -57,6 +58,7 @@ SIGNATURES = {
     "energy": VECTOR_KERNEL,
     "outputs": VECTOR_KERNEL,
     "events": VECTOR_KERNEL,
+    "scene": VECTOR_KERNEL,
     "constraints": VECTOR_KERNEL,
     "tangent": VECTOR_KERNEL,
     "switching": types.void(SCALAR, VECTOR, VECTOR),

@@ -2,21 +2,25 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner import notebook
-from qddot.runner.checks import finite
+from qddot.runner.checks import finite, shown
 from qddot.runner.equilibrium import rest
 from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
+from qddot.runner.scene.filmed_modes import FilmedModes
 from qddot.runner.sparse import LARGE, slowest, sparse_matrix
 from qddot.runner.switching import sides
+
+if TYPE_CHECKING:
+    from qddot.runner.scene.animation import Animation
 
 
 class ModesError(ValueError):
@@ -27,6 +31,8 @@ class ModesError(ValueError):
 REAL = 1e-9
 #: States of a model beyond which all modes are too many, and how many are found then.
 MANY, SLOWEST = 1000, 20
+#: Modes that are shown to choose from.
+SHOWN = 12
 #: The part of a model's states below which modes are few of many.
 FEW = 0.1
 
@@ -67,8 +73,20 @@ class Mode:
 class Modes(tuple[Mode, ...]):
     """Modes, slowest first; a table in a notebook and at a prompt."""
 
-    __slots__ = ()
     _COLUMNS = ("damped period s", "frequency Hz", "damping ratio", "coordinates that take part")
+    _filmed: FilmedModes | None = None
+
+    def animate(self, k: int | None = None) -> "Animation":
+        """Mode k, or the slowest dozen to choose from, as the model's scene about the state, to be played.
+
+        How far a mode moves is chosen to be seen. Raises ValueError where there is no such mode, or no scene.
+        """
+        if self._filmed is None:
+            raise ValueError("these modes know no model whose scene could be drawn; take what qddot.modes gives")
+        if k is not None and (isinstance(k, bool) or not isinstance(k, int) or not 0 <= k < len(self)):
+            raise ValueError(f"k is {shown(k)}, expected the number of a mode from 0 to {len(self) - 1}")
+        chosen = range(len(self))[:SHOWN] if k is None else (k,)
+        return self._filmed.animation({number: _motion(number, self[number]) for number in chosen})
 
     def _rows(self) -> list[tuple[str, ...]]:
         return [(*described(mode), taking_part(mode)) for mode in self]
@@ -122,19 +140,23 @@ def modes(
     most = _wanted(most, len(x))
     if most < FEW * len(x) and len(x) > LARGE and not model.tables.constraints:
         try:
-            eigenvalues, shares = slowest(J, most)
+            eigenvalues, right, shares = slowest(J, most)
         except ArithmeticError as error:
             raise ModesError(f"model {model.name}: the slowest {most} modes were not found: {error}") from error
     else:
         allowed = Manifold(model, c, t0, u).tangent(x) if model.tables.constraints else np.eye(len(x))
-        eigenvalues, right = np.linalg.eig(allowed.T @ (J @ allowed))
-        shares = np.abs((allowed @ right) * (np.linalg.pinv(right) @ allowed.T).T)
+        eigenvalues, within = np.linalg.eig(allowed.T @ (J @ allowed))
+        right = allowed @ within
+        shares = np.abs(right * (np.linalg.pinv(within) @ allowed.T).T)
     n = model.tables.coordinates
     shares = np.concatenate([shares[:n] + shares[n : 2 * n], shares[2 * n :]]) / shares.sum(axis=0)
     names = (*model.coordinate_names, *model.state_names[2 * n :])
-    found = [_mode(value, shares[:, k], names) for k, value in enumerate(eigenvalues)]
-    found = [mode for mode in found if mode.eigenvalue.imag >= 0]
-    return Modes(sorted(found, key=lambda mode: mode.natural_frequency)[:most])
+    modes_found = [_mode(value, shares[:, k], names) for k, value in enumerate(eigenvalues)]
+    forward = [k for k, mode in enumerate(modes_found) if mode.eigenvalue.imag >= 0]
+    chosen = sorted(forward, key=lambda k: modes_found[k].natural_frequency)[:most]
+    result = Modes(modes_found[k] for k in chosen)
+    result._filmed = FilmedModes(model, c, t0, x, u[: len(table.first)], right[:, chosen])
+    return result
 
 
 def _wanted(most: int | None, states: int) -> int:
@@ -153,6 +175,14 @@ def _not_finite(model: Model, J: Any) -> str:
         f"model {model.name}: the equations cannot be linearized: the derivative of the rate of {row} by {column} "
         f"is {entries.data[k]} at this state"
     )
+
+
+def _motion(number: int, mode: Mode) -> tuple[str, float, bool]:
+    """Name, period in s and whether it swings, as `FilmedModes` takes them."""
+    rate = abs(mode.eigenvalue.real) or 1.0
+    period = mode.damped_period if mode.oscillating else 4.0 / rate
+    called = f"{mode.damped_period:.3g} s" if mode.oscillating else f"no swing, {1 / rate:.3g} s"
+    return f"{number + 1}: {called}, {taking_part(mode)}", period, mode.oscillating
 
 
 def _mode(value: complex, shares: NDArray[np.float64], names: tuple[str, ...]) -> Mode:

@@ -12,8 +12,10 @@ from numba.core.dispatcher import Dispatcher
 from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
 from qddot.runner.ranges import expanded
-from qddot.runner.tables import TIME, Channel, Constraint, EventRow, Lookup, Parameter, Quantity, Tables
+from qddot.runner.tables import TIME, Channel, Constraint, EventRow, Lookup, Parameter, Quantity, Shape, Tables
 
+#: Shapes of a scene with how many numbers they have at least.
+SHAPES = {"point": 3, "bar": 5, "spring": 5, "damper": 5, "wheel": 3, "polygon": 10, "ground": 3, "arrow": 4}
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
 
 
@@ -57,6 +59,7 @@ def read_tables(module: ModuleType) -> Tables:
         projected=bool(constraints) and _entry(module, "PROJECTED", bool),
         recurrence=_entry(module, "RECURRENCE", str) if hasattr(module, "RECURRENCE") else "",
         events=_events(module),
+        scene=_scene(module),
         without_recurrence=_entry(module, "WITHOUT_RECURRENCE", str) if hasattr(module, "WITHOUT_RECURRENCE") else "",
     )
     _check_names(module, tables)
@@ -89,6 +92,17 @@ def _constraints(module: ModuleType) -> tuple[Constraint, ...]:
 def _events(module: ModuleType) -> tuple[EventRow, ...]:
     kinds = (str, int, bool, str, tuple)
     return _records(module, "EVENT", EventRow, kinds) if hasattr(module, "EVENT") else ()
+
+
+def _scene(module: ModuleType) -> tuple[Shape, ...]:
+    kinds = (str, str, int, bool, str)
+    found = _records(module, "SCENE", Shape, kinds) if hasattr(module, "SCENE") else ()
+    for i, shape in enumerate(found):
+        if shape.kind not in SHAPES:
+            raise _fail(module, f"SCENE[{i}] is of kind {shape.kind!r}, expected one of {', '.join(SHAPES)}")
+        if shape.size - shape.conditional < SHAPES[shape.kind]:
+            raise _fail(module, f"SCENE[{i}] has {shape.size} numbers, too few for a {shape.kind}")
+    return found
 
 
 def _patterns(
@@ -213,7 +227,7 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
-    known = {"positions": tables.positioned, "switching": tables.sides, "events": tables.events}
+    known = {"positions": tables.positioned, "switching": tables.sides, "events": tables.events, "scene": tables.scene}
     absent = {name for name, rows in known.items() if not rows}
     absent |= set() if tables.constraints else set(abi.CONSTRAINED)
     for name, signature in abi.SIGNATURES.items():

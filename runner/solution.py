@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from qddot.runner.frame.events import EventLog
     from qddot.runner.pictures.figures import Drawn
+    from qddot.runner.scene.animation import Animation
+    from qddot.runner.scene.filmed import Filmed
 
 TIME = Quantity("time", "s", "time")
 #: Points of a run that show how it goes on between them.
@@ -101,6 +103,33 @@ class Solution(Columns):
         if title is None:
             title = f"{self.metadata.get('model', '')} by {self.metadata.get('method', '')}"
         return drawn(run_picture(self.closely, self.headlines, title, panels, from_start))
+
+    def animate(self) -> "Animation":
+        """The run as the model's scene, to be played: shown in a notebook as it is, `.save("ride.html")` writes a page.
+
+        Raises ValueError where the model has no scene, or the solution only its saved points.
+        """
+        return self._filmed.animation()
+
+    def scene(self, t: float, title: str = "") -> "Drawn":
+        """The model's scene at time t, s, as a matplotlib Figure.
+
+        Raises ValueError for a time outside the run, where the model has no scene, or the solution only its saved
+        points; ModuleNotFoundError where the extra `report` is missing.
+        """
+        with needed():
+            return self._filmed.still(finite("t", t), title)
+
+    @property
+    def _filmed(self) -> "Filmed":
+        from qddot.runner.scene.filmed import filmed  # noqa: PLC0415 - most runs are not drawn
+
+        run = getattr(self._whence, "simulation", None)
+        if run is None or run.model is None:
+            raise ValueError("this solution knows no model whose scene could be drawn; simulate one")
+        span = float(self.t.min()), float(self.t.max())
+        states = lambda times: self.at(times).values[:, : self.n_states]  # noqa: E731
+        return filmed(run.model, run.problem.constants, run.problem.inputs, span, states)
 
     def _ends(self, name: str) -> tuple[str, str, str, str]:
         known = self[name][np.isfinite(self[name])]
@@ -218,10 +247,15 @@ class Solution(Columns):
         return np.where(same, saved, found)
 
     @cached_property
-    def _dense(self) -> Between:
+    def _whence(self) -> Callable[[], Between]:
         if self.between is None:
             raise ValueError("this solution has its saved points alone: what lies between them is not known")
-        return (pickle.loads(self.between) if isinstance(self.between, bytes) else self.between)()
+        whence: Callable[[], Between] = pickle.loads(self.between) if isinstance(self.between, bytes) else self.between
+        return whence
+
+    @cached_property
+    def _dense(self) -> Between:
+        return self._whence()
 
     @property
     def attributes(self) -> dict[str, Any]:

@@ -56,8 +56,8 @@ class Factors:
         return found
 
 
-def slowest(J: Any, most: int) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """The eigenvalues of least magnitude (k,) of a sparse matrix (n, n), and |right * left| of their vectors (n, k).
+def slowest(J: Any, most: int) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.float64]]:
+    """The eigenvalues of least magnitude (k,) of a sparse matrix (n, n), their vectors (n, k), and |right * left|.
 
     Of conjugates the one that swings forward; k is `most` at most. By ARPACK, about zero, or beside it where the matrix
     is singular, and by inverse iteration. Raises ArithmeticError where they do not converge.
@@ -75,7 +75,7 @@ def slowest(J: Any, most: int) -> tuple[NDArray[np.complex128], NDArray[np.float
             raise ArithmeticError(str(error)) from error
         except RuntimeError:  # a singular matrix
             continue
-        return values[forward], np.abs(right[:, forward] * np.array(left).T)
+        return values[forward], right[:, forward], np.abs(right[:, forward] * np.array(left).T)
     raise ArithmeticError("the matrix is singular beside zero, too")
 
 

@@ -67,6 +67,20 @@ class EventRow:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """A shape of the scene: how many numbers it has in the kernel `scene`, the last of them shows it where conditional.
+
+    note: of a ground the names of the inputs that are its heights, of a wheel "rolls", of a polygon "line".
+    """
+
+    kind: str
+    colour: str
+    size: int
+    conditional: bool
+    note: str
+
+
+@dataclass(frozen=True)
 class Lookup:
     """A table of a state: its points go from `first` to `last`; what is outside is "refuse" where it has no value."""
 
@@ -87,7 +101,7 @@ class Tables:
     along the way of travel, in the order of the kernel `positions`. patterns: of the matrices, by their kernels' names.
     recurrence: the table of the states' Taylor series, or in without_recurrence the function that has none.
     constraints: those on positions first. projected: whether the state is kept on them after each step. events: in the
-    order of the kernel `events`.
+    order of the kernel `events`. scene: how the model looks, in the order of the kernel `scene`.
     """
 
     name: str
@@ -110,6 +124,7 @@ class Tables:
     constraints: tuple[Constraint, ...] = ()
     projected: bool = False
     events: tuple[EventRow, ...] = ()
+    scene: tuple[Shape, ...] = ()
 
     @property
     def n_positions(self) -> int:

@@ -15,12 +15,13 @@ NAMES = gallery.models()
 @pytest.mark.parametrize("name", NAMES)
 def test_a_page_is_what_its_study_and_model_give(name):
     assert (gallery.INTO / f"{name}.md").read_text() == gallery.page(name), "make gallery"
-    picture = (gallery.INTO / f"{name}.png").read_bytes()
-    assert picture.startswith(b"\x89PNG") and len(picture) < 130_000
+    for each in (name, f"{name}_scene"):
+        picture = (gallery.INTO / f"{each}.png").read_bytes()
+        assert picture.startswith(b"\x89PNG") and len(picture) < 130_000
 
 
 def test_every_model_has_a_page_in_the_gallery_and_in_the_site_and_no_other_has():
-    assert len(NAMES) >= 10 and "pendulum" in NAMES
+    assert len(NAMES) >= 10 and "pendulum" in NAMES and set(gallery.MOMENTS) == set(NAMES)
     assert (gallery.INTO / "index.md").read_text() == gallery.index(NAMES), "make gallery"
     pages = {f"{name}.md" for name in NAMES} | {"index.md"}
     assert {path.name for path in gallery.INTO.glob("*.md")} == pages
@@ -36,4 +37,5 @@ def test_studies_of_the_gallery_are_shown():
 def test_a_figure_is_drawn_anew(tmp_path, monkeypatch):
     monkeypatch.setattr(gallery, "INTO", tmp_path)
     gallery.draw("chain")
-    assert (tmp_path / "chain.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("chain", "chain_scene"):
+        assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")

@@ -85,7 +85,7 @@ def test_the_wheel_holds_qddot_alone_with_its_studies_templates_and_equations(wh
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"qddot"}
     wanted = ["qddot/py.typed", "qddot/generated/m113.tex", "qddot/codegen/templates/kernels.py.jinja"]
     wanted += ["qddot/studies/one_shot.toml", "qddot/studies/library/guns.toml", "qddot/studies/paper/paper.toml"]
-    wanted += ["qddot/paper/scene.js", "qddot/paper/scene.css", "qddot/runner/report/page/page.html"]
+    wanted += ["qddot/runner/scene/scene.js", "qddot/runner/scene/scene.css", "qddot/runner/report/page/page.html"]
     wanted += [f"qddot/runner/report/page/uplot/{name}" for name in ("uPlot.iife.min.js", "uPlot.min.css", "LICENSE")]
     assert set(wanted) <= set(names)
     assert any(name.endswith("LICENSE") for name in names)

@@ -64,8 +64,9 @@ def page(tmp_path_factory):
     return folder / "report.html"
 
 
-def placed(document, part):
-    return re.search(rf'id="{part}" transform="([^"]*)"', document)[1]
+def placed(document, colour):
+    """The path of the first shape of a colour in the scene."""
+    return re.search(rf'--paint: var\(--scene-{colour}\);?"[^>]*><path class="\w+" d="([^"]*)"', document)[1]
 
 
 def test_the_page_is_whole_and_fetches_nothing(page):
@@ -158,13 +159,14 @@ def test_the_sections_that_the_paper_computed_and_what_was_identified_are_on_the
 
 def test_in_a_browser_the_vehicle_moves(page):
     start, later = (browsed(page, place)[0] for place in ("#t=0", "#t=4.9"))
-    assert placed(start, "hull") != placed(later, "hull")
-    assert ">4.90 s<" in later
+    assert placed(start, "olive") != placed(later, "olive")
+    assert ">4.900 s<" in later
     playing, console = browsed(page, "#play")
     assert not console
     assert ">Pause<" in playing
     assert float(re.search(r">([\d.]+) s</output>", playing)[1]) > 0
-    assert placed(playing, "wheel0") != placed(start, "wheel0")  # it turns at once; the first metre is level
+    wheels = [re.findall(r'<path class="line" d="([^"]*)"', each)[-1] for each in (start, playing)]
+    assert wheels[0] != wheels[1]  # they turn at once; the first metre is level
 
 
 @pytest.mark.parametrize("dark", [False, True])

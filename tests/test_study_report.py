@@ -86,7 +86,7 @@ def test_the_page_is_whole_and_fetches_nothing(page):
 
 def test_the_page_says_what_was_given_and_what_came_of_it(page):
     text = page.read_text()
-    assert headings(page) == ["The run", "Parameters", "Inputs", "Results", "Modes", "Energy", "Equations"]
+    assert headings(page) == ["The run", "In motion", "Parameters", "Inputs", "Results", "Modes", "Energy", "Equations"]
     assert "A car &amp; a &lt;bump&gt;" in text and "Over a bump, to see what the tyre does." in text
     row = re.search(r"<tr><td[^>]*>k_s<.*?</tr>", text, re.DOTALL)[0]
     assert re.findall(r">([^<>]+)</td>", row) == ["k_s", "suspension stiffness", "12000", "N/m", "16000"]
@@ -101,7 +101,7 @@ def test_the_page_says_what_was_given_and_what_came_of_it(page):
 def test_what_does_not_apply_is_left_out(tmp_path):
     status, page = written(tmp_path, SWINGING, equations_page=lambda name: "<main><h2>Motion</h2></main>")
     assert status == 0
-    assert headings(page) == ["The run", "Parameters", "Results", "Modes", "Energy", "Equations"]
+    assert headings(page) == ["The run", "In motion", "Parameters", "Results", "Modes", "Energy", "Equations"]
     assert '<th scope="col" class="number">default</th>' not in page.read_text()  # every value is the default
 
 

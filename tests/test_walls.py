@@ -46,6 +46,7 @@ RUNNER = (
         "manifold",
         "inertia",
         "equilibrium",
+        "scene",
         "modes",
         "assembly",
         "jumps",

@@ -48,6 +48,7 @@ _import_array_functions()
 #: Rooms and files without jitted functions: their changes empty no cache.
 _NOTHING_COMPILED = (
     "pictures",
+    "scene",
     "report",
     "study",
     "batch",

@@ -1,7 +1,7 @@
 """A run read back from the NetCDF file that it was saved to."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,18 +10,23 @@ from numpy.typing import NDArray
 from qddot.runner.columns import Columns
 from qddot.runner.tables import Quantity
 
-_HEADLINE = "headline "
+_HEADLINE, _PARAMETER = "headline ", "parameter "
 
 
 @dataclass(frozen=True, eq=False)
 class SavedRun(Columns):
-    """A run of a file: t (n,) in s, values (n, n_quantities), its title, and what a person looks at first, by kind."""
+    """A run of a file: t (n,) in s, values (n, n_quantities), its title, and what a person looks at first, by kind.
+
+    model: its name; parameters: their values.
+    """
 
     t: NDArray[np.float64]
     values: NDArray[np.float64]
     quantities: tuple[Quantity, ...]
     title: str
     headlines: Mapping[str, tuple[str, ...]]
+    model: str = ""
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_run(path: Path) -> SavedRun:
@@ -56,4 +61,10 @@ def read_run(path: Path) -> SavedRun:
         for name, text in said.items()
         if name.startswith(_HEADLINE)
     }
-    return SavedRun(t, values, quantities, str(said.get("title", "")), headlines or {"quantities": tuple(columns)})
+    parameters = {
+        name.removeprefix(_PARAMETER): float(value) for name, value in said.items() if name.startswith(_PARAMETER)
+    }
+    looked_at = headlines or {"quantities": tuple(columns)}
+    return SavedRun(
+        t, values, quantities, str(said.get("title", "")), looked_at, str(said.get("model", "")), parameters
+    )

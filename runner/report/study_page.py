@@ -16,6 +16,7 @@ from qddot.runner.report import energy
 from qddot.runner.report.input_curves import over_time
 from qddot.runner.report.interactive import section
 from qddot.runner.report.page import Section, table, write_page
+from qddot.runner.report.scene_section import modes_in_motion, scene_section
 from qddot.runner.report.tables import not_finite, statistics, summary_rows
 from qddot.runner.solution import Solution
 from qddot.runner.study.ready import Study
@@ -44,6 +45,8 @@ def study_page(study: Study, solution: Solution, equations: str, row: int | None
     """The sections of a study's run, those that do not apply left out; equations: HTML, none where there are none."""
     page = Page()
     page.sections.append(Section("The run", _about(study, solution, row)))
+    if (moving := scene_section(study, solution, "In motion")) is not None:
+        page.sections.append(moving)
     if study.model.tables.parameters:
         page.sections.append(Section("Parameters", _parameters(study)))
     if study.inputs and len(solution.t) > 1:
@@ -140,7 +143,8 @@ def _add_modes(page: Page, study: Study) -> None:
     words = _paragraphs(f"About the static equilibrium with the inputs at {study.span[0]:g} s: {at}.")
     heads = ("damped period, s", "frequency, Hz", "damping ratio", "coordinates that take part")
     rows = [(*described(mode), taking_part(mode)) for mode in found]
-    page.sections.append(Section("Modes", words + table(heads, rows, (0, 1, 2))))
+    moving = modes_in_motion(found) if any(section.script for section in page.sections) else ""
+    page.sections.append(Section("Modes", words + table(heads, rows, (0, 1, 2)) + moving))
 
 
 def _add_energy(page: Page, study: Study, solution: Solution) -> None:

@@ -1,4 +1,5 @@
-// The common moment: plots over the same time show the same one and the same part of it; others hear of it, `moment`.
+// The common moment: plots over the same time show the same one and the same part of it; others hear of it, `moment`,
+// and ask for one, `asked`.
 {
   const timed = plots.filter((element) => given(element).cursor);
   const slider = document.getElementById("cursor");
@@ -18,6 +19,7 @@
     Object.assign(slider, { ...range, step: (range.max - range.min) / 1000, value: range.min });
     slider.parentElement.hidden = false;
     slider.addEventListener("input", () => move(Number(slider.value), null));
+    document.addEventListener("asked", ({ detail }) => move(detail, null));
     for (const element of timed) {
       element.addEventListener("pointed", ({ detail }) => { if (detail === null) place(element); else move(detail, element); });
       element.addEventListener("zoomed", ({ detail: [min, max] }) => {
