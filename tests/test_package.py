@@ -87,6 +87,12 @@ def test_the_wheel_holds_qddot_alone_with_its_studies_templates_and_equations(wh
     wanted += ["qddot/studies/one_shot.toml", "qddot/studies/library/guns.toml", "qddot/studies/paper/paper.toml"]
     wanted += ["qddot/runner/scene/scene.js", "qddot/runner/scene/scene.css", "qddot/runner/report/page/page.html"]
     wanted += [f"qddot/runner/report/page/uplot/{name}" for name in ("uPlot.iife.min.js", "uPlot.min.css", "LICENSE")]
+    parts = ("plots.js", "moment.js", "runs.js", "runs.html", "page.js", "page.css")
+    wanted += [
+        *(f"qddot/runner/report/page/{name}" for name in parts),
+        "qddot/paper/claims.js",
+        "qddot/paper/claims.css",
+    ]
     assert set(wanted) <= set(names)
     assert any(name.endswith("LICENSE") for name in names)
 
