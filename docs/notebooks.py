@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 #: The pages that are notebooks, too.
-NOTEBOOKS = ("tutorial", "parts", "analysis", "from_matlab", "from_sympy", "python", "events")
+NOTEBOOKS = ("tutorial", "parts", "analysis", "from_matlab", "from_sympy", "python", "events", "scenes")
 _FENCED = re.compile(r"(?:<!-- (?P<file>[\w.]+) -->\n)?^```(?P<language>\w*)\n(?P<text>.*?)^```$\n?", re.M | re.S)
 _COMMAND = re.compile(r"^\$ (.*)\n((?:[^$].*\n)*)", re.M)
 #: Links to other pages of the site, beside which the notebook stands.
