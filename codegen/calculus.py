@@ -84,6 +84,14 @@ class Definitions:
             return None
         return found if all(map(_is_finite, found)) else None
 
+    def needed(self, expressions: Iterable[Any]) -> set[Any]:
+        """The quantities that expressions depend on."""
+        needed = set().union(*(expression.free_symbols for expression in expressions))
+        for symbol, definition in reversed(self.expressions.items()):
+            if symbol in needed:
+                needed |= definition.free_symbols
+        return needed & self.expressions.keys()
+
     def _derivative(self, expression: Any, symbol: Any) -> Any:
         """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""
         calls = _outermost_calls(expression) if expression.atoms(se.FunctionSymbol) else []
@@ -97,14 +105,6 @@ class Definitions:
             if order < self._degrees[table]:
                 parts.append(settled(shell.diff(name)) * slope(call) * self._derivative(call.args[0], symbol))
         return replaced(se.Add(*parts), {name: call for call, name in names.items()})
-
-    def needed(self, expressions: Iterable[Any]) -> set[Any]:
-        """The quantities that expressions depend on."""
-        needed: set[Any] = set().union(*(expression.free_symbols for expression in expressions))
-        for symbol, definition in reversed(self.expressions.items()):
-            if symbol in needed:
-                needed |= definition.free_symbols
-        return needed & self.expressions.keys()
 
     def _slope(self, symbol: Any, variable: Any) -> Any:
         """Give d symbol / d variable; None stands for the symbol itself, one."""

@@ -1,17 +1,22 @@
 """What each kernel computes, written down plainly: assignments and writes before any optimization."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import symengine as se
 
+from qddot.codegen.convert import convert
 from qddot.codegen.elimination import Factors, factorize, solve
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.recurrences_squares import squares
 from qddot.codegen.rewrite import Names
+from qddot.model.contents import accelerations
+from qddot.model.definitions import as_expression
+from qddot.model.events import Impact
 
 Matrix = dict[tuple[int, int], Any]
 Write = tuple[Slot, Any]
@@ -57,7 +62,7 @@ class Drafts:
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
         slopes = {"jacobian": self._jacobian(), "input_jacobian": self._input_jacobian()}
-        events = {"events": Draft(self._moving, vector_writes("values", self._equations.events))}
+        events = {"events": self._events()}
         return {
             "mass": self._mass(),
             "energy": self._energy(),
@@ -66,6 +71,37 @@ class Drafts:
             **({"scene": self._values(self._equations.scene)} if self._equations.scene else {}),
             **slopes,
         }
+
+    def _events(self) -> Draft:
+        """Functions of the events, then the values that they give; of an impact all velocities behind its impulse."""
+        equations, steps = self._equations, list[Assignment]()
+        events = equations.system.events
+        given = iter(equations.events)
+        functions = list(islice(given, len(events)))
+        values = list(functions)
+        for event, gap in zip(events, functions, strict=True):
+            if isinstance(event, Impact):
+                found, velocities = self._behind_impact(gap, convert(as_expression(event.restitution)))
+                steps += found
+                values += velocities
+            else:
+                values += islice(given, len(event.then))
+        return Draft((*self._moving, *steps), vector_writes("values", values))
+
+    def _behind_impact(self, gap: Any, restitution: Any) -> tuple[list[Assignment], list[Any]]:
+        """The velocities behind an impact, and the assignments that they need."""
+        equations, clock = self._equations, clock_of(self._equations)
+        slopes = equations.definitions.gradient(gap, (*equations.coordinates, *clock))
+        along = {k: slopes[q] for k, q in enumerate(equations.coordinates) if q in slopes}
+        steps, moved = solve(self._factors, along, self._names.fresh)
+        speed = se.Add(
+            *(slope * equations.velocities[k] for k, slope in along.items()),
+            *(slopes[each] * rate for each, rate in clock.items() if each in slopes),
+        )
+        yielding = se.Add(*(along[k] * moved[k] for k in along if k in moved))
+        impulse = self._names.fresh("impulse_")
+        steps.append((impulse, -(1 + restitution) * speed / yielding))
+        return steps, [v + moved.get(k, se.Integer(0)) * impulse for k, v in enumerate(equations.velocities)]
 
     @cached_property
     def linear(self) -> bool:
@@ -166,6 +202,43 @@ def switching(equations: Equations) -> Draft:
     """What changes sign at the conditions in time, its slope and how it bends: see `Switches.rows`."""
     values = [value for row in equations.switches.rows() for value in row]
     return Draft(tuple(equations.switches.definitions.expressions.items()), vector_writes("values", values))
+
+
+def switching_functions(equations: Equations, modes: Sequence[Any]) -> Draft:
+    """What changes sign at the conditions that have these modes."""
+    writes = vector_writes("values", (equations.modes.functions[mode] for mode in modes))
+    return Draft(equations.moving_quantities, writes)
+
+
+def approach(equations: Equations, modes: Sequence[Any]) -> Draft:
+    """How fast these move: derivatives by the states, beside them the rest of d/dt, and how far they are held.
+
+    Rows of those that no velocity and no internal state moves, and of those that depend on the rate of an input whose
+    second rate is no channel, are empty: nothing can be held where these vanish.
+    """
+    definitions, states = equations.definitions, equations.state
+    clock = clock_of(equations)
+    fast = frozenset(states[len(equations.coordinates) :])
+    entries: Matrix = {}
+    for k, mode in enumerate(modes):
+        function = equations.modes.functions[mode]
+        held = definitions.base_symbols(function)
+        if not held & fast or held & frozenset(equations.rates) - clock.keys():
+            continue
+        slopes = definitions.gradient(function, (*states, *clock))
+        entries |= {(k, column): slopes[each] for column, each in enumerate(states) if each in slopes}
+        rest = se.Add(*(slopes[each] * speed for each, speed in clock.items() if each in slopes))
+        if rest != 0:
+            entries[k, len(states)] = rest
+        if mode in equations.modes.bounds:
+            entries[k, len(states) + 1] = equations.modes.bounds[mode]
+    return Draft(equations.moving_quantities, matrix_writes(entries))
+
+
+def clock_of(equations: Equations) -> dict[Any, Any]:
+    """What no state moves -> how fast it goes: time, inputs, and rates of those that are prescribed."""
+    second = {se.Symbol(str(u.rate)): se.Symbol(str(a)) for u in equations.system.inputs for a in accelerations(u)}
+    return {equations.time: se.Integer(1), **dict(zip(equations.inputs, equations.rates, strict=True)), **second}
 
 
 def balance(equations: Equations) -> Draft:

@@ -15,12 +15,14 @@ from qddot.codegen.calculus import Definitions, Vector, by, dot
 from qddot.codegen.constrained import Constraints, derive_constraints
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.elimination import steps
+from qddot.codegen.modes import Modes
 from qddot.codegen.motion import Motion
 from qddot.codegen.rewrite import Names
 from qddot.codegen.switches import Switches
 from qddot.model.contents import accelerations, as_prescribed, declared
 from qddot.model.definitions import as_expression
 from qddot.model.events import event_expressions
+from qddot.model.friction import Friction
 from qddot.model.scene import scene_numbers
 from qddot.model.system import ModelError, System
 
@@ -38,7 +40,8 @@ class Equations:
     (dPhi/dqdot), applied (Q); forces f = applied - dissipative - conservative - gyroscopic.
     states: the internal ones; state_rates: the names of their derivatives, which are among the definitions.
     dissipated_power: qdot . dPhi/dqdot; input_power: what makes d(T + Pi)/dt = input_power - dissipated_power.
-    switches: the conditions in time, by their sides. positions: name of an input that has a position -> its position.
+    switches: the conditions in time, by their sides. modes: those in the state that the motion depends on.
+    positions: name of an input that has a position -> its position.
     constraints: what they say; M qddot + G' lambda = f where there are any. events: their functions, then the values
     that they give to states. scene: the numbers of its shapes.
     """
@@ -56,6 +59,7 @@ class Equations:
     rates: Vector
     second_rates: Vector
     switches: Switches
+    modes: Modes
     kinetic: Any
     potential: Any
     dissipation: Any
@@ -80,8 +84,14 @@ class Equations:
 
     @property
     def channels(self) -> Vector:
-        """All that is given from outside: inputs, sides of conditions in time, rates, prescribed accelerations."""
-        return (*self.inputs, *self.switches.functions, *self.rates, *self.second_rates)
+        """All that is given from outside: inputs, sides, rates, prescribed accelerations, and the modes."""
+        sides, modes = self.switches.functions, self.modes.functions
+        return (*self.inputs, *sides, *self.rates, *self.second_rates, *modes)
+
+    @property
+    def conditions(self) -> Mapping[Any, Any]:
+        """The conditions as they were written, by what stands for them: a side, or the one with a mode."""
+        return {**self.switches.conditions, **self.modes.written}
 
     @property
     def state(self) -> Vector:
@@ -145,18 +155,22 @@ def derive(system: System) -> Equations:
     fixed = frozenset(symbol(p.symbol) for p in system.parameters)
     names = Names(each for _, each in declared(system))
     switches = Switches(declared_ones, time, fixed, names)
-    definitions = Definitions({s: switches(e) for s, e in declared_ones.expressions.items()}, degrees, fixed, names)
-    kinetic = switches(convert(system.kinetic_energy))
-    potential = switches(convert(system.potential_energy))
-    dissipation = switches(convert(system.dissipation))
-    applied = tuple(switches(convert(system.force(c))) for c in system.coordinates)
+    timed = {s: switches(e) for s, e in declared_ones.expressions.items()}
+    energies = (system.kinetic_energy, system.potential_energy, system.dissipation)
+    motion_of = [switches(convert(e)) for e in (*energies, *map(system.force, system.coordinates))]
+    state_rates = tuple(symbol(state.rate) for state in system.states)
+    modes = Modes(declared_ones, fixed | {time} | switches.functions.keys(), names)
+    needed = declared_ones.needed((*motion_of, *state_rates))
+    definitions = Definitions({s: modes(e) if s in needed else e for s, e in timed.items()}, degrees, fixed, names)
+    kinetic, potential, dissipation, *applied = map(modes, motion_of)
+    for friction in (each for each in system.quantities if isinstance(each, Friction)):
+        modes.bound(convert(friction.velocity), convert(friction.ratio))
     outputs = tuple(switches(convert(o.expression)) for o in system.output_expressions)
     rates = tuple(symbol(channel.rate) for channel in system.inputs)
     second = {symbol(u.rate): symbol(each) for u in system.inputs for each in accelerations(u)}
     _refuse_rates(system, definitions, kinetic, potential, second)
 
     states = tuple(symbol(state.symbol) for state in system.states)
-    state_rates = tuple(symbol(state.rate) for state in system.states)
     moving = zip((*states, *inputs), (*state_rates, *rates), strict=True)
     motion = Motion(definitions, q, v, {time: se.Integer(1), **dict(moving), **second})
     momenta = by(definitions.gradient(kinetic - potential, v), v)
@@ -179,6 +193,7 @@ def derive(system: System) -> Equations:
         rates=rates,
         second_rates=tuple(second.values()),
         switches=switches,
+        modes=modes,
         kinetic=kinetic,
         potential=potential,
         dissipation=dissipation,
@@ -186,9 +201,9 @@ def derive(system: System) -> Equations:
         gyroscopic=motion.christoffel(mass) if by_mass else motion.gyroscopic(momenta, kinetic),
         conservative=by(definitions.gradient(potential, q), q),
         dissipative=dissipative,
-        applied=applied,
+        applied=tuple(applied),
         dissipated_power=dot(v, dissipative),
-        input_power=motion.input_power(kinetic, potential, rest, applied, system)
+        input_power=motion.input_power(kinetic, potential, rest, tuple(applied), system)
         + dot(constraints.multipliers, constraints.driving),
         outputs=outputs,
         positions=_positions(system),

@@ -7,7 +7,7 @@ from typing import Any
 from qddot.codegen.constants import hoist
 from qddot.codegen.constrained_drafts import COLUMNS, ConstrainedDrafts, refuse_size, solving_names
 from qddot.codegen.convert import symbol as convert_symbol
-from qddot.codegen.drafts import Draft, Drafts, switching, vector_writes
+from qddot.codegen.drafts import Draft, Drafts, approach, switching, switching_functions, vector_writes
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.ranges import kind
@@ -17,6 +17,7 @@ from qddot.codegen.sharing import share
 from qddot.codegen.skeleton import MATRICES, reserved, taken
 from qddot.codegen.zeros import without_zeros
 from qddot.model.contents import declared
+from qddot.model.events import Impact
 from qddot.model.system import ModelError
 
 
@@ -24,7 +25,8 @@ from qddot.model.system import ModelError
 class Program:
     """All kernels of a model, and where their symbols stand.
 
-    channels: inputs, sides of conditions in time, then the rates in use; a step reads the first rhs_channels of them.
+    channels: inputs, sides of conditions in time, the rates in use, then the modes in use. A step looks up the first
+    rhs_channels of them; modes are set, not looked up.
     constants: symbols of c in order, all parameters first. slots: symbol -> the argument entry it is read from.
     linear: affine in x and u. Kernels of matrices write the entries matrix[row, column] that are not zero, sorted: see
     `pattern`.
@@ -42,6 +44,7 @@ class Program:
         """Of each row of a kernel's matrix the columns of its entries."""
         n, writes, held = len(self.equations.coordinates), self.kernels[name].writes, self.equations.constraints
         heights = {"mass": n, "constraints": n + len(held), "tangent": held.n_positions + len(held)}
+        heights["approach"] = sum(mode in self.equations.modes.functions for mode in self.channels)
         rows: list[list[int]] = [[] for _ in range(heights.get(name, len(self.equations.state)))]
         for slot, _ in writes:
             if slot.argument == "matrix":
@@ -52,7 +55,7 @@ class Program:
 
     def width(self, name: str) -> int:
         """How many columns a Jacobian has."""
-        return self.rhs_channels if name == "input_jacobian" else len(self.equations.state)
+        return self.rhs_channels if name == "input_jacobian" else len(self.equations.state) + 2 * (name == "approach")
 
 
 def lower(equations: Equations) -> Program:
@@ -62,12 +65,16 @@ def lower(equations: Equations) -> Program:
     """
     _refuse_names(equations)
     refuse_size(equations)
+    _refuse_impacts(equations)
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
     balance = lowering.balance()
     others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
     if equations.switches.functions:
         others["switching"] = lowering.finish(switching(equations))
+    if modes := [mode for mode in equations.modes.functions if mode in rhs.used]:
+        others["modes"] = lowering.finish(switching_functions(lowering.equations, modes))
+        others["approach"] = lowering.finish(approach(lowering.equations, modes))
     program = _laid_out(equations, {"rhs": rhs, **balance, **others}, lowering.assignments, lowering.drafts.linear)
     if not equations.positions:
         return program
@@ -77,6 +84,15 @@ def lower(equations: Equations) -> Program:
 def lower_rhs(equations: Equations) -> Kernel:
     """The right-hand side alone, as `lower` gives it."""
     return _Lowering(equations).rhs()
+
+
+def _refuse_impacts(equations: Equations) -> None:
+    found = next((each for each in equations.system.events if isinstance(each, Impact)), None)
+    if found is not None and equations.solved_at_run_time:
+        raise ModelError(
+            f"model {equations.system.name}: impact {found.name} needs the mass matrix written out, and there are too "
+            "many coupled coordinates for that; give an Event that says what velocities become"
+        )
 
 
 def _refuse_names(equations: Equations) -> None:
@@ -104,7 +120,7 @@ class _Lowering:
         defined = equations.definitions.expressions
         self.names = Names([*reserved(), *base, *defined, *tables, *solution])
         equations = replace(equations, definitions=equations.definitions.copy(self.names))
-        self._definitions = equations.definitions
+        self._definitions, self.equations = equations.definitions, equations
         self.drafts = ConstrainedDrafts(equations) if solves else Drafts(equations, self.names)
         self.parameters = frozenset(equations.parameters)
         self._positions = vector_writes("values", equations.positions.values())
@@ -175,7 +191,8 @@ def _laid_out(
     hot = frozenset().union(*(kernels[name].used for name in steps if name in kernels))
     rates = [rate for rate in (*equations.rates, *equations.second_rates) if rate in used]
     sides = equations.switches.functions
-    channels = (*equations.inputs, *sides, *sorted(rates, key=lambda rate: rate not in hot))
+    looked_up = (*equations.inputs, *sides, *sorted(rates, key=lambda rate: rate not in hot))
+    channels = (*looked_up, *(mode for mode in equations.modes.functions if mode in used))
     slots = {equations.time: Slot("t", ())}
     for argument, symbols in (("state", equations.state), ("inputs", channels), ("constants", constants)):
         slots |= {symbol: Slot(argument, (index,)) for index, symbol in enumerate(symbols)}
@@ -184,7 +201,7 @@ def _laid_out(
         equations=equations,
         kernels=first | {name: _placed(name, kernel, equations, channels) for name, kernel in kernels.items()},
         channels=channels,
-        rhs_channels=max((index + 1 for index, symbol in enumerate(channels) if symbol in hot), default=0),
+        rhs_channels=max((index + 1 for index, symbol in enumerate(looked_up) if symbol in hot), default=0),
         constants=constants,
         slots=slots,
         linear=linear,

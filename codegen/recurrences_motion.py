@@ -21,7 +21,7 @@ def recurrences(
     """
     if equations.constraints:
         return (), "motion under constraints"
-    kernel = kernels.get("balance", kernels["rhs"])
+    kernel = _free(kernels.get("balance", kernels["rhs"]), equations)
     taken = (*equations.state, *equations.accelerations, *equations.channels)
     names = Names(map(str, (*taken, equations.time, *constants, *(s for s, _ in kernel.temporaries))))
     rates = {equations.time: se.Integer(1)} | dict(zip(equations.coordinates, equations.velocities, strict=True))
@@ -35,6 +35,15 @@ def recurrences(
         return (), str(error)
     rows |= table.needed(row[-1] for row in rows.values())
     return tuple(" ".join((name, *row)) for name, row in rows.items()), ""
+
+
+def _free(kernel: Kernel, equations: Equations) -> Kernel:
+    """A kernel without modes: series hold conditions by themselves."""
+    nothing = dict.fromkeys(equations.modes.functions, se.Integer(0))
+    if not kernel.used & nothing.keys():
+        return kernel
+    temporaries = [(symbol, expression.subs(nothing)) for symbol, expression in kernel.temporaries]
+    return kernel.replace(temporaries, [(slot, expression.subs(nothing)) for slot, expression in kernel.writes])
 
 
 def _motion(

@@ -11,6 +11,7 @@ from qddot.codegen.constrained import in_order
 from qddot.codegen.constrained_drafts import COLUMNS, SYSTEM, calls, runtime_names, solution_slots
 from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.lagrange import Equations
 from qddot.codegen.lookup import lookups
 from qddot.codegen.lower import Program
 from qddot.codegen.printer import Printer
@@ -19,6 +20,7 @@ from qddot.codegen.recurrences_motion import recurrences
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, copying, function
 from qddot.model.constraints import Constraint
 from qddot.model.contents import accelerations
+from qddot.model.events import Event, Impact
 from qddot.model.scene import row
 
 #: Characters of a line within a function.
@@ -47,6 +49,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             inputs=compressed(_input_table(program)),
             rhs_inputs=program.rhs_channels,
             switched=bool(equations.switches.functions),
+            held="modes" in program.kernels,
             positions=compressed(list(equations.positions)),
             outputs=compressed([(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions]),
             parameters=compressed(
@@ -67,7 +70,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             constraints=[(str(c.symbol), isinstance(c, Constraint), c.unit, c.meaning) for c in constraints],
             projected=equations.system.baumgarte is None,
             events=[
-                (e.name, int(e.direction), e.terminal, e.meaning, tuple(map(str, e.then)))
+                (e.name, int(e.direction), e.terminal, e.meaning, _set_by(e, equations))
                 for e in equations.system.events
             ],
             scene=[row(shape, [u.symbol for u in equations.system.inputs]) for shape in equations.system.scene],
@@ -76,6 +79,11 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             lookups=lookups(program),
         )
     )
+
+
+def _set_by(event: Event, equations: Equations) -> tuple[str, ...]:
+    """The states that an event sets."""
+    return tuple(map(str, equations.velocities if isinstance(event, Impact) else event.then))
 
 
 def _state_table(program: Program) -> list[tuple[str, str, str]]:
@@ -96,6 +104,8 @@ def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
     printer = Printer(rank(program, program.kernels["rhs"]))
     for side, changing in program.equations.switches.functions.items():
         rows[str(side)] = (str(side), "t", 0, "1", f"1 where {printer(changing)} > 0, else 0")
+    for mode, changing in program.equations.modes.functions.items():
+        rows[str(mode)] = (str(mode), "x", 0, "1", f"0, or where {printer(changing)} > 0 is held: inf, or -inf: not")
     return [rows[str(channel)] for channel in program.channels]
 
 

@@ -1,6 +1,6 @@
 """Walking and rebuilding SymEngine expressions."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import gcd, lcm
 from typing import Any
@@ -15,6 +15,8 @@ _CONDITIONS = {
     **{"StrictLessThan": se.Lt, "LessThan": se.Le, "Equality": se.Eq, "Unequality": se.Ne},
     **{"And": se.And, "Or": se.Or, "Not": se.Not},
 }
+
+_INEQUALITIES = ("StrictLessThan", "LessThan")
 
 
 def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
@@ -44,6 +46,15 @@ def replaced(expression: Any, found: Mapping[Any, Any]) -> Any:
     if not expression.args:
         return expression
     return rebuild(expression, [replaced(part, found) for part in expression.args])
+
+
+def inequalities(expression: Any) -> Iterator[Any]:
+    """The inequalities in an expression, outermost first."""
+    if type(expression).__name__ in _INEQUALITIES:
+        yield expression
+    else:
+        for part in expression.args:
+            yield from inequalities(part)
 
 
 def is_number(expression: Any) -> bool:

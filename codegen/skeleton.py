@@ -37,6 +37,14 @@ HEADS = {
         ("t", "state", "inputs", "constants", "values"),
         "Functions of the events, in the order of EVENT, then the values that these give to states.",
     ),
+    "modes": (
+        ("t", "state", "inputs", "constants", "values"),
+        "What changes sign at each condition in the state that has a mode, in the order of the modes in INPUT.",
+    ),
+    "approach": (
+        ("t", "state", "inputs", "constants", "values"),
+        "How fast that moves: derivatives by the state, the rest, how far it is held, at the places in APPROACH.",
+    ),
     "constraints": (
         ("t", "state", "inputs", "constants", "values"),
         "M and below it G, beside that residuals of positions and velocities, at the places in CONSTRAINTS.",
@@ -53,7 +61,7 @@ HEADS = {
 }
 
 #: Those that write the entries of a matrix, at places that the module declares.
-MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent")
+MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent", "approach")
 
 #: What the functions of a model with internal states say of themselves.
 WITH_STATES = {
@@ -120,7 +128,7 @@ def taken() -> frozenset[str]:
 def _bare_module() -> str:
     """The template without a model's lines."""
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
-    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False}
+    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False, "held": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
     tables = dict.fromkeys((*rows, "constraints", "events", "scene"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {

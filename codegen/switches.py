@@ -10,10 +10,9 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.calculus import Definitions
-from qddot.codegen.rewrite import Names, replaced
+from qddot.codegen.rewrite import Names, inequalities, replaced
 
 _HALF = se.Rational(1, 2)
-_INEQUALITIES = ("StrictLessThan", "LessThan")
 #: What a switching function says of itself, see `Switches.rows`.
 STRAIGHT, CURVED = se.Integer(0), se.Integer(-1)
 
@@ -36,7 +35,7 @@ class Switches:
         """The same expression with its conditions in time by their sides."""
         if not expression.atoms(se.Piecewise):
             return expression
-        found = {node: self._by_side(node) for node in _inequalities(expression) if self._is_timed(node)}
+        found = {node: self._by_side(node) for node in inequalities(expression) if self._is_timed(node)}
         return replaced(expression, found) if found else expression
 
     def rows(self) -> Iterator[tuple[Any, Any, Any]]:
@@ -79,12 +78,3 @@ class Switches:
             side = self._sides[function] = self._names.fresh("side_")
             self.functions[side], self.conditions[side] = function, node
         return se.Lt(_HALF, self._sides[function])
-
-
-def _inequalities(expression: Any) -> Iterator[Any]:
-    """The inequalities in an expression, outermost first."""
-    if type(expression).__name__ in _INEQUALITIES:
-        yield expression
-    else:
-        for part in expression.args:
-            yield from _inequalities(part)

@@ -25,7 +25,14 @@ STATE = (
 COORDINATES = 1
 
 # name, input whose time derivative it is, of which order, unit, meaning; rhs and its Jacobians read RHS_INPUTS of them
-INPUT = (("F", "F", 0, "N", "force of the shot on the recoiling parts"),)
+# (of "x": the mode of a condition in the state, which a method may hold on a side, see `modes`)
+INPUT = (
+    ("F", "F", 0, "N", "force of the shot on the recoiling parts"),
+    ("mode_1", "x", 0, "1", "0, or where w > 0 is held: inf, or -inf: not"),
+    ("mode_2", "x", 0, "1", "0, or where w - u_m > 0 is held: inf, or -inf: not"),
+    ("mode_3", "x", 0, "1", "0, or where z > 0 is held: inf, or -inf: not"),
+    ("mode_4", "x", 0, "1", "0, or where v > 0 is held: inf, or -inf: not"),
+)
 RHS_INPUTS = 1
 
 # name, unit, meaning
@@ -79,6 +86,7 @@ CONSTANT = ("k_1_plus_k_r", "inverse_m")
 JACOBIAN = ((1,), (0, 1, 2, 3, 4), (0, 1, 2, 3, 4), (0, 1, 2, 3, 4), (0, 1, 4, 5), (0,))
 INPUT_JACOBIAN = ((), (0,), (), (), (), ())
 MASS = ((0,),)
+APPROACH = ((0, 1, 5), (0, 1, 5), (3,), (0, 1, 2, 3, 4))
 
 # the Taylor series of a solution: name, rule, operands
 RECURRENCE = """
@@ -95,9 +103,9 @@ node_2 where side_1 node_1 w
 node_3 linear u_m 1
 side_2 side node_3
 node_4 product side_1 side_2
-node_5 linear -1 w u_m 1
+node_5 linear -1 w
 side_3 side node_5
-node_6 linear -1 w
+node_6 linear u_m 1 -1 w
 side_4 side node_6
 node_7 product side_3 side_4
 node_8 linear 1 1 -1 node_4
@@ -159,6 +167,7 @@ def rhs(t, state, inputs, constants, derivative):
     u = state[4]
     e = state[5]
     F = inputs[0]
+    mode_1, mode_2, mode_3, mode_4 = inputs[1], inputs[2], inputs[3], inputs[4]
     alpha_a = constants[2]
     alpha_b = constants[3]
     c_0a = constants[4]
@@ -178,13 +187,18 @@ def rhs(t, state, inputs, constants, derivative):
     inverse_m = constants[19]
 
     w = k_p * x + k_d * xdot + k_i * e
-    u_c = u_m if (((u_m <= 0.0) and (w <= 0.0)) or ((u_m <= w) and (w > 0.0))) else (0.0 if (w <= 0.0) else w)
+    tmp_1 = w + mode_1
+    u_c = (
+        u_m
+        if (((tmp_1 <= 0.0) and (u_m <= 0.0)) or ((tmp_1 > 0.0) and (w + mode_2 - u_m >= 0.0)))
+        else (0.0 if (tmp_1 <= 0.0) else w)
+    )
     alpha = alpha_b * u + alpha_a
     c_0 = c_0b * u + c_0a
     c_1 = c_1b * u + c_1a
     ydot = (k_0 * (x - y) + c_0 * xdot + alpha * z) / (c_0 + c_1)
     v = xdot - ydot
-    zdot = v * (A - beta * z * z) - gamma * (v if (v >= 0.0) else -v) * (z if (z >= 0.0) else -z) * z
+    zdot = v * (A - beta * z * z) - gamma * (v if (v + mode_4 >= 0.0) else -v) * (z if (z + mode_3 >= 0.0) else -z) * z
     udot = eta * (u_c - u)
     edot = x
     xddot = inverse_m * (F - k_1_plus_k_r * x - ydot * c_1)
@@ -206,6 +220,7 @@ def jacobian(t, state, inputs, constants, values):
     z = state[3]
     u = state[4]
     e = state[5]
+    mode_1, mode_2, mode_3, mode_4 = inputs[1], inputs[2], inputs[3], inputs[4]
     alpha_a = constants[2]
     alpha_b = constants[3]
     c_0a = constants[4]
@@ -241,10 +256,13 @@ def jacobian(t, state, inputs, constants, values):
     tmp_7 = k_0 * inverse_tmp_1
     tmp_8 = inverse_tmp_1 * c_0
     tmp_9 = inverse_tmp_1 * alpha
-    tmp_10 = z if (z >= 0.0) else -z
-    tmp_11 = gamma * tmp_10 * (1.0 if (v >= 0.0) else -1.0) * z + beta * z * z - A
-    tmp_12 = (
-        0.0 if (((u_m <= 0.0) and (w <= 0.0)) or ((u_m <= w) and (w > 0.0))) else (0.0 if (w <= 0.0) else 1.0)
+    tmp_10 = z if (z + mode_3 >= 0.0) else -z
+    tmp_11 = gamma * (1.0 if (v + mode_4 >= 0.0) else -1.0) * tmp_10 * z + beta * z * z - A
+    tmp_12 = w + mode_1
+    tmp_13 = (
+        0.0
+        if (((tmp_12 <= 0.0) and (u_m <= 0.0)) or ((tmp_12 > 0.0) and (w + mode_2 - u_m >= 0.0)))
+        else (0.0 if (tmp_12 <= 0.0) else 1.0)
     ) * eta
 
     values[0] = 1.0  # [0, 1]
@@ -263,14 +281,14 @@ def jacobian(t, state, inputs, constants, values):
     values[13] = -tmp_11 * tmp_7  # [3, 2]
     values[14] = (
         tmp_11 * tmp_9
-        - gamma * (v if (v >= 0.0) else -v) * ((1.0 if (z >= 0.0) else -1.0) * z + tmp_10)
+        - gamma * (v if (v + mode_4 >= 0.0) else -v) * ((1.0 if (z + mode_3 >= 0.0) else -1.0) * z + tmp_10)
         - 2.0 * beta * v * z
     )  # [3, 3]
     values[15] = tmp_11 * ydot_by_u  # [3, 4]
-    values[16] = k_p * tmp_12  # [4, 0]
-    values[17] = k_d * tmp_12  # [4, 1]
+    values[16] = k_p * tmp_13  # [4, 0]
+    values[17] = k_d * tmp_13  # [4, 1]
     values[18] = -eta  # [4, 4]
-    values[19] = k_i * tmp_12  # [4, 5]
+    values[19] = k_i * tmp_13  # [4, 5]
     values[20] = 1.0  # [5, 0]
 
 
@@ -329,6 +347,7 @@ def outputs(t, state, inputs, constants, values):
     z = state[3]
     u = state[4]
     e = state[5]
+    mode_1, mode_2 = inputs[1], inputs[2]
     alpha_a = constants[2]
     alpha_b = constants[3]
     c_0a = constants[4]
@@ -342,7 +361,12 @@ def outputs(t, state, inputs, constants, values):
     k_d = constants[17]
 
     w = k_p * x + k_d * xdot + k_i * e
-    u_c = u_m if (((u_m <= 0.0) and (w <= 0.0)) or ((u_m <= w) and (w > 0.0))) else (0.0 if (w <= 0.0) else w)
+    tmp_1 = w + mode_1
+    u_c = (
+        u_m
+        if (((tmp_1 <= 0.0) and (u_m <= 0.0)) or ((tmp_1 > 0.0) and (w + mode_2 - u_m >= 0.0)))
+        else (0.0 if (tmp_1 <= 0.0) else w)
+    )
     alpha = alpha_b * u + alpha_a
     c_0 = c_0b * u + c_0a
     c_1 = c_1b * u + c_1a
@@ -448,3 +472,78 @@ def scene(t, state, inputs, constants, values):
     values[85] = 0.06
     values[86] = -F
     values[87] = 0.0
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def modes(t, state, inputs, constants, values):
+    """What changes sign at each condition in the state that has a mode, in the order of the modes in INPUT."""
+    x = state[0]
+    xdot = state[1]
+    y = state[2]
+    z = state[3]
+    u = state[4]
+    e = state[5]
+    alpha_a = constants[2]
+    alpha_b = constants[3]
+    c_0a = constants[4]
+    c_0b = constants[5]
+    c_1a = constants[6]
+    c_1b = constants[7]
+    k_0 = constants[8]
+    u_m = constants[14]
+    k_p = constants[15]
+    k_i = constants[16]
+    k_d = constants[17]
+
+    w = k_p * x + k_d * xdot + k_i * e
+    alpha = alpha_b * u + alpha_a
+    c_0 = c_0b * u + c_0a
+    c_1 = c_1b * u + c_1a
+    ydot = (k_0 * (x - y) + c_0 * xdot + alpha * z) / (c_0 + c_1)
+    v = xdot - ydot
+
+    values[0] = w
+    values[1] = w - u_m
+    values[2] = z
+    values[3] = v
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def approach(t, state, inputs, constants, values):
+    """How fast that moves: derivatives by the state, the rest, how far it is held, at the places in APPROACH."""
+    x = state[0]
+    xdot = state[1]
+    y = state[2]
+    z = state[3]
+    u = state[4]
+    alpha_a = constants[2]
+    alpha_b = constants[3]
+    c_0a = constants[4]
+    c_0b = constants[5]
+    c_1a = constants[6]
+    c_1b = constants[7]
+    k_0 = constants[8]
+    k_p = constants[15]
+    k_i = constants[16]
+    k_d = constants[17]
+
+    alpha = alpha_b * u + alpha_a
+    c_0 = c_0b * u + c_0a
+    c_1 = c_1b * u + c_1a
+    tmp_1 = c_0 + c_1
+    inverse_tmp_1 = 1.0 / tmp_1
+    tmp_2 = k_0 * inverse_tmp_1
+    tmp_3 = (k_0 * (x - y) + c_0 * xdot + alpha * z) / (tmp_1 * tmp_1)
+
+    values[0] = k_p  # [0, 0]
+    values[1] = k_d  # [0, 1]
+    values[2] = k_i  # [0, 5]
+    values[3] = k_p  # [1, 0]
+    values[4] = k_d  # [1, 1]
+    values[5] = k_i  # [1, 5]
+    values[6] = 1.0  # [2, 3]
+    values[7] = -tmp_2  # [3, 0]
+    values[8] = 1.0 - inverse_tmp_1 * c_0  # [3, 1]
+    values[9] = tmp_2  # [3, 2]
+    values[10] = -inverse_tmp_1 * alpha  # [3, 3]
+    values[11] = -(c_0b * (inverse_tmp_1 * xdot - tmp_3) + alpha_b * inverse_tmp_1 * z - c_1b * tmp_3)  # [3, 4]

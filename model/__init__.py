@@ -1,12 +1,13 @@
 """The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function.
 
-from qddot.model import Constraint, Coordinate, Event, Input, Output, Parameter, Part, Prescribed, Quantity
-from qddot.model import Rolling, State, System, Table, from_sympy
+from qddot.model import Constraint, Coordinate, DryFriction, Event, Impact, Input, Output, Parameter, Part
+from qddot.model import Prescribed, Quantity, Rolling, State, System, Table, from_sympy
 from qddot.model import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
 """
 
 from qddot.model.constraints import Constraint, Rolling
-from qddot.model.events import Event
+from qddot.model.events import Event, Impact
+from qddot.model.friction import DryFriction
 from qddot.model.part import Part
 from qddot.model.scene import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
 from qddot.model.sympy_mechanics import from_sympy
@@ -19,8 +20,10 @@ __all__ = [
     "Constraint",
     "Coordinate",
     "Damper",
+    "DryFriction",
     "Event",
     "Ground",
+    "Impact",
     "Input",
     "ModelError",
     "Output",

@@ -9,7 +9,7 @@ from sympy import Expr, Symbol, sympify
 
 from qddot.model.constraints import problems_of_constraints, reaction_symbol, reactions
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
-from qddot.model.events import Event, problems_of_events
+from qddot.model.events import Event, problems_of_events, problems_of_impacts
 from qddot.model.jumps import jumps
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.scene import forms_of_scene, units_of_scene
@@ -31,7 +31,7 @@ def problems(system: "System") -> list[str]:
         (_names, _texts, _numbers, problems_of_events),
         (_expressions, order, _vocabulary),
         (loops,),
-        (unused, fixed_positions, still_energies, problems_of_constraints, units_of_scene),
+        (unused, fixed_positions, still_energies, problems_of_constraints, problems_of_impacts, units_of_scene),
         (reactions, massless),
         (jumps,),
     )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Symbol
 
-from qddot.model.events import event_expressions
+from qddot.model.events import event_expressions, restitutions
 from qddot.model.scene import scene_numbers
 from qddot.model.table import Table, Value
 
@@ -19,8 +19,8 @@ HELD = {
     "coordinates": ("Coordinate",),
     "parameters": ("Parameter",),
     "inputs": ("Input", "Prescribed"),
-    "quantities": ("Quantity",),
-    "outputs": ("Output", "Quantity"),
+    "quantities": ("Quantity", "Friction"),
+    "outputs": ("Output", "Quantity", "Friction"),
     "states": ("State",),
     "constraints": ("Constraint", "Rolling"),
 }
@@ -68,10 +68,12 @@ def expressions(system: "System") -> Iterator[tuple[str, Any]]:
     for symbol, force in system.generalized_forces.items():
         yield f"generalized force of {symbol}", force
     yield from ((f"quantity {quantity.symbol}", quantity.expression) for quantity in system.quantities)
+    yield from ((f"static part of {each.symbol}", each.ratio) for each in system.quantities if hasattr(each, "ratio"))
     yield from ((f"rate of {state.symbol}", state.derivative) for state in system.states)
     yield from ((f"constraint {constraint.symbol}", constraint.expression) for constraint in system.constraints)
     yield from (("baumgarte", value) for value in system.baumgarte or ())
     yield from event_expressions(system)
+    yield from restitutions(system)
     yield from positions(system)
 
 

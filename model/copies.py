@@ -144,7 +144,7 @@ def _followed(part: "Part", names: Mapping[str, str]) -> dict[str, str]:
     found = dict(names)
     items = {said(each.symbol): each for each in _items(part)}
     for name, other in names.items():
-        if type(items.get(name)).__name__ in ("Parameter", "Quantity", "Output", "Constraint", "Rolling"):
+        if type(items.get(name)).__name__ in ("Parameter", "Quantity", "Friction", "Output", "Constraint", "Rolling"):
             continue
         rate, new_rate = (dotted(Symbol(each)) for each in (name, other))
         if name in items and (explicit := _own_rate(items[name])) is not None:

@@ -30,6 +30,40 @@ class Event:
     terminal: bool = False
 
 
+@dataclass(frozen=True)
+class Impact(Event):
+    """Two bodies, or one and the ground, meet where the gap `function` between them closes, and part again.
+
+    The impulse acts along the gap, through the masses of all that moves with it: with n = d gap/dq and u = d gap/dt,
+    qdot becomes qdot + M^-1 n' P, with the P for which u becomes -restitution * u. Impacts at one instant act one after
+    the other, in the order of the model.
+    """
+
+    direction: int = -1
+    restitution: Expr | float = 1.0
+
+
+def problems_of_impacts(system: "System") -> Iterator[str]:
+    """What is wrong with the impacts of a model, beside what is with any event."""
+    positions = {coordinate.symbol for coordinate in system.coordinates}
+    moving = {coordinate.rate for coordinate in system.coordinates}
+    for event in system.events:
+        if not isinstance(event, Impact):
+            continue
+        place, e = f"impact {event.name}", event.restitution
+        gap = system.written_out(event.function).free_symbols
+        if event.then:
+            yield f"{place} has then, which follows from its restitution; leave it out, or give an Event"
+        if event.direction != -1:
+            yield f"{place} has the direction {event.direction!r}, but a gap closes, -1; leave it out"
+        if gap & moving or not gap & positions:
+            yield f"{place}: its gap is {event.function}, expected a distance made of coordinates, and of no velocity"
+        if not isinstance(e, Expr) and (isinstance(e, bool) or not isinstance(e, int | float) or not 0 <= e <= 1):
+            yield f"{place} has the restitution {e!r}, expected a number from 0 to 1, or an expression"
+        if system.constraints:
+            yield f"{place}: impulses on constraints are not known; give an Event that says what velocities become"
+
+
 def problems_of_events(system: "System") -> Iterator[str]:
     """What is wrong with the events of a model."""
     movable = {symbol.name for symbol in states_of(system)}
@@ -66,3 +100,8 @@ def event_expressions(system: "System") -> Iterator[tuple[str, Any]]:
     for event in system.events:
         for symbol, value in event.then.items():
             yield f"event {event.name}: {symbol}", value
+
+
+def restitutions(system: "System") -> Iterator[tuple[str, Any]]:
+    """(place, expression) of what impacts give back."""
+    yield from ((f"impact {event.name}", event.restitution) for event in system.events if isinstance(event, Impact))

@@ -20,6 +20,11 @@ these once per run. Every kernel writes all of its last argument and allocates n
     switching(t, c, v)              v (n, 3) of the conditions in t and parameters alone, rows of INPUT whose input is
                                     "t": what changes sign there, its slope in t, and how it bends: 0 not, -1 or the sum
                                     of the squares of the angular frequencies in it
+    modes(t, x, u, c, v)            v (n_modes,) of the conditions in the state, rows of INPUT whose input is "x": what
+                                    changes sign there
+    approach(t, x, u, c, v)         v: entries of how fast that moves (n_modes, n_states + 2): derivatives by x, the
+                                    rest of d/dt, and how far it is held where it slides, 1 where that is not given;
+                                    empty rows where nothing can slide, see `frame.slide`
     positions(p, x)                 x (n_positions,) of the inputs in POSITION, m ahead of the model's origin
 
 A matrix is written as a dense run of its entries, row by row; the module says once where they stand, in a table of the
@@ -32,9 +37,9 @@ LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arg
 
 u is the place of all that is given from outside while a step lasts: inputs; for each condition in t and parameters
 alone its side, 1 where its switching function is positive, else 0, a signal that steps where `runner.switching` finds
-its roots; first rates; second rates. What a located crossing of the state would set, whether a switching function is
-free or held on a side, stands best behind these: all forms of a kernel, lanes included, have it then without another
-signature.
+its roots; first rates; second rates; and last the modes of conditions in the state. What changes sign at such a
+condition stands in a kernel as s + mode > 0: free where the mode is 0, as it is unless somebody sets it, and held on a
+side where it is infinite, see `frame.held`. RHS_INPUTS counts no modes.
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
 """
@@ -62,10 +67,12 @@ SIGNATURES = {
     "constraints": VECTOR_KERNEL,
     "tangent": VECTOR_KERNEL,
     "switching": types.void(SCALAR, VECTOR, VECTOR),
+    "modes": VECTOR_KERNEL,
+    "approach": VECTOR_KERNEL,
     "positions": types.void(VECTOR, VECTOR),
 }
-#: Kernels that write the entries of a matrix; the last two of models with constraints alone.
-MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent")
+#: Kernels that write the entries of a matrix; two of models with constraints alone, the last of those with modes.
+MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent", "approach")
 CONSTRAINED = ("constraints", "tangent")
 #: The edition of this convention, which a module says that it follows.
 EDITION = 2

@@ -42,14 +42,20 @@ def choose(model: "Model", problem: Problem, options: Options) -> tuple[Method, 
     fast, slow = _fast_and_slow(rates, span)
     if _may(options, "rodas5p") and fast > STIFF * slow and fast * span > DECAYS:
         return _chosen("rodas5p", options, f"the start is stiff: {fast:.3g}/s beside {slow:.3g}/s")
-    if not model.tables.recurrence:
-        return _chosen(runge_kutta, options, f"{model.tables.without_recurrence or 'the model'} has no recurrence")
-    knots, turns = _knots(problem), span * np.abs(rates).max(initial=0.0)
-    if knots > KNOTS * max(turns, 1.0):
-        return _chosen(runge_kutta, options, f"the inputs have {knots} knots")
-    if not _may(options, "taylor"):
-        return _chosen(runge_kutta, options, "of the options given")
+    reason = _against_series(model, problem, span * np.abs(rates).max(initial=0.0))
+    if reason or not _may(options, "taylor"):
+        return _chosen(runge_kutta, options, reason or "of the options given")
     return _chosen("taylor", options, "the model is smooth, and not stiff at the start")
+
+
+def _against_series(model: "Model", problem: Problem, turns: float) -> str:
+    """Why a series is no way to run a model; turns: of its fastest mode within the span, rad."""
+    if not model.tables.recurrence:
+        return f"{model.tables.without_recurrence or 'the model'} has no recurrence"
+    if model.tables.modes and model.tables.patterns["approach"].entries:
+        return "conditions in velocities or internal states may slide"
+    knots = _knots(problem)
+    return f"the inputs have {knots} knots" if knots > KNOTS * max(turns, 1.0) else ""
 
 
 def choose_for_many(model: "Model", options: Options) -> tuple[Method, Options, str]:

@@ -55,5 +55,6 @@ def _told(model: Model, x: NDArray[np.float64], rate: int, passing: int, height:
     return (
         f"the rate of {states[rate].name} jumps by {height:.4g} {states[rate].unit} per s where {states[passing].name} "
         f"passes {x[passing]:.3g} {states[passing].unit}, so that the solution sticks or chatters there; smooth the "
-        "jump (tanh(v/v_0) for sign(v)), or take a method of constant step"
+        "jump (tanh(v/v_0) for sign(v), or DryFriction with smooth), or take a method that locates switches, or one of "
+        "constant step"
     )

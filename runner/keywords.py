@@ -30,6 +30,7 @@ class OptionKeywords(StepKeywords, total=False):
     refine: int | None
     events: Iterable[Any] | None
     controller: str | None
+    switching: str | None
     max_order: int | None
     bdf: bool | None
 

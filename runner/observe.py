@@ -47,6 +47,7 @@ class Observer:
         addresses = [pointer(k, abi.VECTOR_KERNEL, "a kernel") if k is not None else 0 for k in kernels]
         values = np.empty((len(t), len(self.places)))
         places = np.array(self.places, dtype=np.int64)
+        places[places >= len(observable(self.model)) - len(ENERGIES)] += len(tables.modes)  # which rows have, too
         channels = (table, reader_for(table))
         _compiled_fill()(*addresses, *sizes, *channels, t, np.ascontiguousarray(states), c, places, values)
         return values
@@ -86,7 +87,7 @@ def observer(model: Model, names: Sequence[str]) -> Observer:
 def observable(model: Model) -> tuple[Quantity, ...]:
     """States, outputs and inputs of a model, and its energies."""
     tables = model.tables
-    inputs = (Quantity(channel.name, channel.unit, channel.meaning) for channel in tables.inputs)
+    inputs = (Quantity(channel.name, channel.unit, channel.meaning) for channel in tables.courses)
     return (*tables.states, *tables.outputs, *inputs, *ENERGIES)
 
 

@@ -16,6 +16,8 @@ from qddot.runner.checks import MOST_WHOLE, flag, numbers, positive, shown, whol
 
 #: Of the numerical differentiation formulas.
 MOST_ORDER = 5
+#: What is done about conditions in the state: located, or stepped over.
+LOCATE, IGNORE = "locate", "ignore"
 #: Points of one step.
 MOST_REFINE = 1000
 #: Families of methods.
@@ -64,6 +66,8 @@ class Options:
     rtol, atol: error tolerances of adaptive methods, each a scalar or one per state (n_states,); 1e-3 and 1e-6.
     max_step, first_step: in s. max_steps: accepted steps. refine: points saved per step by dense output.
     events: see `events`. controller: step-size controller of an adaptive method; the method's own by default.
+    switching: "locate", conditions in the state are held on a side during a step, which ends where one leaves it; or
+    "ignore". Adaptive methods locate by default, those of constant step ignore.
     max_order (5), bdf (False): of the numerical differentiation formulas (ode15s).
     Raises ValueError naming the option, what was found and what was expected.
     """
@@ -86,6 +90,7 @@ class Options:
     refine: int | None = field(default=None, metadata=_said(*CONTROLLED, sampled=True))
     events: Any = field(default=None, metadata=_said(*EVERY_FAMILY, default=(), study=False))
     controller: str | None = field(default=None, metadata=_said("adaptive", "rodas5p"))
+    switching: str | None = field(default=None, metadata=_said("fixed", "adaptive", "stiff", "auto"))
     max_order: Any = field(default=None, metadata=_said("ode15s", default=MOST_ORDER))
     bdf: Any = field(default=None, metadata=_said("ode15s", default=False))
 
@@ -108,6 +113,8 @@ class Options:
             flag("bdf", self.bdf)
         if not (self.controller is None or isinstance(self.controller, str)):
             raise ValueError(f"controller is {shown(self.controller)}, expected the name of one")
+        if self.switching is not None and self.switching not in (LOCATE, IGNORE):
+            raise ValueError(f"switching is {shown(self.switching)}, expected {LOCATE!r} or {IGNORE!r}")
         if not (self.progress is None or callable(self.progress)):
             raise ValueError(f"progress is {shown(self.progress)}, expected a function of the fraction done")
         self._check_tolerances()

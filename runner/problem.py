@@ -18,6 +18,10 @@ FOREVER = 1e100
 FIRST_OF_FOREVER = 1e-3
 
 
+#: What a problem has of a model's kernels.
+KERNELS = ("rhs", "jacobian", "input_jacobian", "recurrences", "held", "acting", "switching", "approach")
+
+
 class Status(IntEnum):
     """How a run ended. Drivers return these as integers; RUNNING means call again."""
 
@@ -84,6 +88,9 @@ class Problem:
     the states' Taylor series, a `SeriesCode` (Taylor's method only, which takes no rhs).
     held: the constraints on which the state is kept, None where there are none. acting: the events of the model that
     act, see `frame.acting`; None where it has none.
+    switching: the kernel `modes` of the model's conditions in its state that are to be held (see `frame.hold`), n_modes
+    of them, whose modes are the last channels; None where conditions are free. approach: the kernel of that name with
+    its pattern, see `frame.slide`.
     by_item: rhs uses its arguments only item by item, as generated kernels do: pointers will do for it.
     sense: 1 where time is time, -1 where it is counted backwards (see `backward`).
     workplaces: what runs from other states work with again, see `started_from`; no other copy of a problem has them.
@@ -103,6 +110,9 @@ class Problem:
     recurrences: Any = None
     held: Held | None = None
     acting: Acting | None = None
+    switching: Any = None
+    approach: Any = None
+    n_modes: int = 0
     by_item: bool = False
     sense: int = 1
     workplaces: dict[Any, list[Any]] | None = field(default=None, init=False, repr=False)
@@ -116,7 +126,8 @@ class Problem:
 
     def without_kernels(self) -> "Problem":
         """The same, with nothing of a model's kernels: what can be pickled."""
-        return replace(self, rhs=None, jacobian=None, input_jacobian=None, recurrences=None, held=None, acting=None)
+        known: dict[str, Any] = dict.fromkeys(KERNELS)
+        return replace(self, **known)
 
     def jacobian_at(self, t: float, x: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
         """The Jacobian (n_states, n_states) that was given, with inputs u."""

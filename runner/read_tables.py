@@ -12,7 +12,18 @@ from numba.core.dispatcher import Dispatcher
 from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
 from qddot.runner.ranges import expanded
-from qddot.runner.tables import TIME, Channel, Constraint, EventRow, Lookup, Parameter, Quantity, Shape, Tables
+from qddot.runner.tables import (
+    STATE,
+    TIME,
+    Channel,
+    Constraint,
+    EventRow,
+    Lookup,
+    Parameter,
+    Quantity,
+    Shape,
+    Tables,
+)
 
 #: Shapes of a scene with how many numbers they have at least.
 SHAPES = {"point": 3, "bar": 5, "spring": 5, "damper": 5, "wheel": 3, "polygon": 10, "ground": 3, "arrow": 4}
@@ -38,7 +49,7 @@ def read_tables(module: ModuleType) -> Tables:
     parameters = _records(module, "PARAMETER", Parameter, (str, (int, float), str, str))
     coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
     _check_sizes(module, len(states), coordinates, len(inputs), rhs_inputs)
-    constraints = _constraints(module)
+    constraints, modes = _constraints(module), sum(channel.input == STATE for channel in inputs)
     tables = Tables(
         name=_entry(module, "NAME", str),
         title=_entry(module, "TITLE", str),
@@ -54,7 +65,7 @@ def read_tables(module: ModuleType) -> Tables:
         constant_names=(*(parameter.name for parameter in parameters), *_names(module, "CONSTANT")),
         linear=_entry(module, "LINEAR", bool),
         mass_matrix=_entry(module, "MASS_MATRIX", str),
-        patterns=_patterns(module, len(states), coordinates, rhs_inputs, constraints),
+        patterns=_patterns(module, len(states), coordinates, rhs_inputs, modes, constraints),
         constraints=constraints,
         projected=bool(constraints) and _entry(module, "PROJECTED", bool),
         recurrence=_entry(module, "RECURRENCE", str) if hasattr(module, "RECURRENCE") else "",
@@ -106,7 +117,7 @@ def _scene(module: ModuleType) -> tuple[Shape, ...]:
 
 
 def _patterns(
-    module: ModuleType, states: int, coordinates: int, inputs: int, constraints: Sequence[Constraint]
+    module: ModuleType, states: int, coordinates: int, inputs: int, modes: int, constraints: Sequence[Constraint]
 ) -> dict[str, Pattern]:
     on_positions = sum(each.on_positions for each in constraints)
     shapes = {
@@ -115,9 +126,11 @@ def _patterns(
         "mass": (coordinates, coordinates),
         "constraints": (coordinates + len(constraints), coordinates + 2),
         "tangent": (on_positions + len(constraints), states),
+        "approach": (modes, states + 2),
     }
     found: dict[str, Pattern] = {}
-    for name in (name for name in abi.MATRICES if constraints or name not in abi.CONSTRAINED):
+    absent = (() if constraints else abi.CONSTRAINED) + (() if modes else ("approach",))
+    for name in (name for name in abi.MATRICES if name not in absent):
         try:
             found[name] = pattern(_entry(module, name.upper(), tuple), shapes[name], symmetric=name == "mass")
         except LoadError:
@@ -201,13 +214,15 @@ def _check_channels(module: ModuleType, tables: Tables) -> None:
     for channel in tables.inputs:
         if channel.order not in (0, 1, 2):
             raise _fail(module, f"INPUT {channel.name} is of order {channel.order}, expected 0, 1 or 2")
-        if channel.input == TIME and channel.order == 0:
+        if channel.input in (TIME, STATE) and channel.order == 0:
             continue
         if channel.input not in values or (channel.order == 0 and channel.input != channel.name):
             raise _fail(module, f"INPUT {channel.name} is {channel.what} of {channel.input!r}, which is no input")
     for channel, place in zip(tables.inputs, places, strict=True):
-        if places.count(place) > 1 and channel.input != TIME:
+        if places.count(place) > 1 and channel.input not in (TIME, STATE):
             raise _fail(module, f"INPUT has {channel.what} of {channel.input!r} twice")
+    if any(channel.input == STATE for channel in tables.courses):
+        raise _fail(module, "INPUT has a mode before another channel")
 
 
 def _check_sizes(module: ModuleType, states: int, coordinates: int, inputs: int, rhs_inputs: int) -> None:
@@ -227,7 +242,14 @@ def _check_numbers(module: ModuleType, tables: Tables) -> None:
 
 
 def _check_kernels(module: ModuleType, tables: Tables) -> None:
-    known = {"positions": tables.positioned, "switching": tables.sides, "events": tables.events, "scene": tables.scene}
+    known = {
+        "positions": tables.positioned,
+        "switching": tables.sides,
+        "modes": tables.modes,
+        "approach": tables.modes,
+        "events": tables.events,
+        "scene": tables.scene,
+    }
     absent = {name for name, rows in known.items() if not rows}
     absent |= set() if tables.constraints else set(abi.CONSTRAINED)
     for name, signature in abi.SIGNATURES.items():

@@ -126,6 +126,10 @@ def outputs_of(
     sample(problem.inputs, t, u)
     if kernel is not None:
         fill(pointer(kernel, abi.VECTOR_KERNEL, "outputs"), t, states, u, problem.constants, y)
+        if problem.approach is not None:
+            from qddot.runner.frame.slid import combine_outputs  # noqa: PLC0415 - few models have conditions
+
+            combine_outputs(problem, kernel, t, states, u, y)
     return u, y
 
 

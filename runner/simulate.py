@@ -17,6 +17,7 @@ from qddot.runner.equilibrium import Guess, rest
 from qddot.runner.frame.acting import Stretch, acting_of
 from qddot.runner.frame.events import OutputCrossing, StateCrossing
 from qddot.runner.frame.first_call import check_first_calls
+from qddot.runner.frame.hold import switching_of
 from qddot.runner.frame.spans import integrate, span_of
 from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.signal import Signal
@@ -212,6 +213,7 @@ def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method,
         recurrences=model.series if method.family == "taylor" else None,
         held=held_by(model),
         acting=acting_of(model),
+        **switching_of(model, method, options),
     )
     check_first_calls(problem, options)
     subject = replace(subject, output_kernel=model.kernel("outputs") if model.tables.outputs else None)
@@ -225,7 +227,7 @@ def _subject(model: Model, p: NDArray[np.float64]) -> Subject:
         name=model.name,
         states=tables.states,
         outputs=tables.outputs,
-        inputs=tuple(Quantity(channel.name, channel.unit, channel.meaning) for channel in tables.inputs),
+        inputs=tuple(Quantity(channel.name, channel.unit, channel.meaning) for channel in tables.courses),
         parameters=dict(zip((parameter.name for parameter in tables.parameters), p, strict=True)),
         headlines={
             "coordinates": model.coordinate_names,

@@ -17,11 +17,16 @@ class Quantity:
 
 #: The input of a channel that is a side of a condition in time.
 TIME = "t"
+#: That of one that is the mode of a condition in the state.
+STATE = "x"
 
 
 @dataclass(frozen=True)
 class Channel:
-    """An entry of u: an input (order 0), its first or its second time derivative, or a side of a condition in TIME."""
+    """An entry of u: an input (order 0), its first or its second time derivative, or a condition's side or mode.
+
+    input: whose value or derivative it is; TIME of a side of a condition in time, STATE of the mode of one in state.
+    """
 
     name: str
     input: str
@@ -141,9 +146,19 @@ class Tables:
         """Names of the channels that say on which side of a condition in time a run is."""
         return tuple(channel.name for channel in self.inputs if channel.input == TIME)
 
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """Names of the channels that hold conditions in the state on a side, the last ones."""
+        return tuple(channel.name for channel in self.inputs if channel.input == STATE)
+
+    @property
+    def courses(self) -> tuple[Channel, ...]:
+        """The channels that have a course in time: all but the modes."""
+        return self.inputs[: len(self.inputs) - len(self.modes)]
+
     def refuse_derivative(self, name: str) -> None:
         """Raise ValueError where the signal of an input is given under another name: an unknown one, or of its rate."""
-        channel = next((channel for channel in self.inputs if channel.name == name), None)
+        channel = next((channel for channel in self.courses if channel.name == name), None)
         if channel is None:
             raise ValueError(f"model {self.name}: {unknown('input', name, self.free_inputs)}")
         if channel.input == TIME:

@@ -68,6 +68,7 @@ def random_point(equations, seed: int) -> dict[se.Symbol, float]:
     dice = random.Random(seed)
     free = (*equations.parameters, *equations.coordinates, *equations.velocities, *equations.accelerations)
     point = {symbol: dice.uniform(0.3, 1.7) for symbol in (*free, *equations.inputs, *equations.rates, equations.time)}
+    point |= dict.fromkeys(equations.modes.functions, 0.0)
     for symbol, expression in equations.definitions.expressions.items():
         point[symbol] = at(expression, point)
     return point

@@ -101,7 +101,7 @@ def right_hand_side(system):
 
     def acceleration(X, V):
         rates = [0.0, 0.0]
-        names["rhs"](0.0, [X, V], [0.0], constants, rates)
+        names["rhs"](0.0, [X, V], np.zeros(len(names["INPUT"])), constants, rates)
         return rates[1]
 
     return acceleration

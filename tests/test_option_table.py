@@ -37,7 +37,11 @@ def test_a_study_takes_what_the_table_says_and_times_with_their_unit():
     tables = ("method", "fixed", "adaptive")
     keys = {name: each.annotation for name, each in Integration.model_fields.items() if name not in tables}
     assert set(keys) == {name for name, option in TABLE.items() if option.study}
-    with_unit = {name for name, annotation in keys.items() if str in _leaves(annotation) and name != "controller"}
+    with_unit = {
+        name
+        for name, annotation in keys.items()
+        if str in _leaves(annotation) and name not in ("controller", "switching")
+    }
     assert with_unit == set(TIMES) & set(keys)
 
 
@@ -57,6 +61,7 @@ def _leaves(annotation):
 OTHER = {
     "time_limit": 5.0,
     "controller": "PI",
+    "switching": "locate",
     "max_order": 3,
     "bdf": True,
     "events": (qddot.crossing(qddot.load("quarter_car"), "z_s"),),

@@ -97,6 +97,7 @@ def evaluated(program, kernel, point):
     switches, known = program.equations.switches, {se.Symbol(name): value for name, value in values.items()}
     for side, function in switches.functions.items():
         values[str(side)] = float(switches.definitions.substitute([function], known)[0] > 0)
+    values |= {str(mode): 0.0 for mode in program.equations.modes.functions}
     constants = program.kernels["constants"].evaluate(values)
     values |= {str(name): constants[f"constants[{i}]"] for i, name in enumerate(program.constants)}
     return program.kernels[kernel].evaluate(values)

@@ -71,7 +71,7 @@ class _Words:
         self._own = {se.Symbol(f"{name} of the file"): se.Symbol(name) for name in sheet.own}
         known = {str(symbol) for symbol in Order(equations).symbols}
         others = [se.Symbol(name) for name in sorted(sheet.own) if name not in known]
-        self._reader = Reader(Order(equations, others), turn=True, conditions=equations.switches.conditions)
+        self._reader = Reader(Order(equations, others), turn=True, conditions=equations.conditions)
 
     def sum(self, expression: Any) -> Sum:
         return self._reader.sum(expression.subs(self._own))

@@ -22,7 +22,9 @@ from qddot.codegen.equations.spelling import alike
 from qddot.codegen.lagrange import Equations
 from qddot.model.contents import declared
 from qddot.model.definitions import as_expression
-from qddot.model.system import ModelError
+from qddot.model.events import Impact
+from qddot.model.friction import Friction
+from qddot.model.system import ModelError, Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +145,7 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
         parameters=_parameters(equations),
         parameter_sets=tuple(system.parameter_sets),
         inputs=_inputs(equations),
-        quantities=tuple(Entry(str(q.symbol), q.unit, q.meaning, _text(q.rate)) for q in system.quantities),
+        quantities=tuple(Entry(str(q.symbol), q.unit, _told(q), _text(q.rate)) for q in system.quantities),
         tables=tuple(Entry(table.name, table.unit, table.description) for table in system.tables),
         outputs=tuple(Entry(str(o.symbol), o.unit, o.meaning) for o in system.output_expressions),
         definitions=writing.definitions(),
@@ -174,7 +176,7 @@ class _Writing:
         self._written = written
         order = Order(equations)
         self._fixed = order.fixed
-        conditions = equations.switches.conditions
+        conditions = equations.conditions
         self._author, self._derived = (Reader(order, turn=turn, conditions=conditions) for turn in (False, True))
         rows = ((at, entry) for at, entry in equations.mass.items() if at[1] < written)
         self._mass = {at: self._legible(entry) for at, entry in rows}
@@ -214,6 +216,8 @@ class _Writing:
         for event in self._equations.system.events:
             values = [self.given(Name(str(symbol)), convert(as_expression(e))) for symbol, e in event.then.items()]
             behind = "; the values behind it, of those before" if values else ""
+            if isinstance(event, Impact):
+                behind = f", and parts again at {event.restitution} times its rate, by an impulse along it"
             ends = "; the run ends there" if event.terminal else ""
             heading = f"{event.meaning} ({event.name}): where this {ways[event.direction]} zero{behind}{ends}"
             where = Formula(self._author.sum(convert(as_expression(event.function))), Sum(()))
@@ -269,6 +273,13 @@ def _index(coordinate: str) -> str | int:
     """What Q of a coordinate is indexed by: 6 for q_6, else the coordinate itself."""
     letter, _, index = coordinate.partition("_")
     return int(index) if letter == "q" and index.isdigit() else coordinate
+
+
+def _told(quantity: Quantity) -> str:
+    """What a quantity means; of dry friction what it holds at rest, where that is more than it slips at."""
+    if not isinstance(quantity, Friction) or quantity.ratio == 1:
+        return quantity.meaning
+    return f"{quantity.meaning}; where nothing slides, up to {quantity.limit * quantity.ratio}"
 
 
 def _text(symbol: Any) -> str | None:

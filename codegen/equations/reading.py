@@ -37,7 +37,7 @@ _ONE = Fraction(1)
 class Reader:
     """Reads expressions. With `turn`, -k*(a - b) is read as k*(b - a): for what was derived, not for the author's.
 
-    conditions: by the symbols of sides, which stand for them.
+    conditions: by the symbols of sides, or by what is written with a mode, which stand for them.
     """
 
     def __init__(self, order: Order, *, turn: bool, conditions: Mapping[Any, Any] = MappingProxyType({})) -> None:
@@ -117,14 +117,17 @@ class Reader:
         x = _not_negative(conditions[0])
         if x is not None and values[0] == x and len(values) == 2 and se.expand(values[0] + values[1]) == 0:
             return Call("abs", (self.sum(x),))
-        if x is not None and (values == (1, -1) or (values == (1, -1, 0) and conditions[1] == se.Lt(x, 0))):
+        if x is not None and (values == (1, -1) or (values == (1, -1, 0) and _negative(conditions[1]) == x)):
             return Call("sgn", (self.sum(x),))
         branches = zip(values, conditions, strict=True)
         return Cases(tuple((self.sum(value), self._condition(condition)) for value, condition in branches))
 
     def _stated(self, condition: Any) -> Any:
-        """The condition that a side stands for, where it is one of a side."""
-        left, right = condition.args if len(condition.args) == 2 else (None, None)
+        """The condition that one of a side, or with a mode, stands for."""
+        if condition in self._conditions:
+            return self._conditions[condition]
+        compares = type(condition).__name__ in _COMPARISONS
+        left, right = condition.args if compares else (None, None)
         if right in self._conditions:  # 1/2 < side
             return self._conditions[right]
         return _contrary(self._conditions[left]) if left in self._conditions else condition
@@ -135,7 +138,7 @@ class Reader:
     def _relation(self, condition: Any) -> Relation:
         kind = type(condition).__name__
         if kind in ("And", "Or"):
-            read, *others = (self._relation(part) for part in sorted(condition.args, key=str))
+            read, *others = map(self._relation, sorted(map(self._stated, condition.args), key=str))
             for other in others:
                 read = Relation(read, kind.lower(), other)
             return read
@@ -187,9 +190,17 @@ _fraction = lru_cache(1000)(Fraction)
 
 
 def _not_negative(condition: Any) -> Any:
-    """The x of a condition 0 <= x or 0 < x, else None."""
-    is_bound = type(condition).__name__ in ("LessThan", "StrictLessThan") and condition.args[0] == 0
-    return condition.args[1] if is_bound else None
+    """The x of a condition 0 <= x or 0 < x, also where it is written -x <= 0, else None."""
+    below, above = condition.args if type(condition).__name__ in ("LessThan", "StrictLessThan") else (None, None)
+    if below == 0:
+        return above
+    return _opposite(below) if above == 0 and isinstance(below, se.Add) else None
+
+
+def _negative(condition: Any) -> Any:
+    """The x of a condition x < 0 that is written so, or 0 < -x; else None."""
+    below, above = condition.args if type(condition).__name__ == "StrictLessThan" else (None, None)
+    return below if above == 0 else _opposite(above) if below == 0 else None
 
 
 def _sorted(found: Iterable[tuple[Any, Factor]]) -> tuple[Factor, ...]:

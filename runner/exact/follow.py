@@ -21,7 +21,7 @@ from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import NONE, WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.space import make_space, row_address, set_inputs, space_layout, states
-from qddot.runner.frame.step_end import events_at_start, finish_step
+from qddot.runner.frame.step_end import events_at_start, finish_step, walk
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
@@ -93,6 +93,12 @@ def take_step(s, space, course):
     s.steps += 1
 
 
+@compiled(**LEAN)
+def follow(space, step, log, watch, t, h):
+    """See `step_end`."""
+    return walk(space, step, log, watch, t, h, ready, state_within)
+
+
 def run_slice(s, space, course, log, watch, most_steps):
     """Take at most `most_steps` steps; returns a Status. STATE is at course.start + course.length after each."""
     step, state = (s, course), states(space, STATE)
@@ -110,7 +116,7 @@ def run_slice(s, space, course, log, watch, most_steps):
             course.length = 0.0
             return NON_FINITE
         new = row_address(space, NEW)
-        ended = finish_step(space, step, log, watch, course.start, course.length, s.t, new, ready, state_within)
+        ended = finish_step(space, step, log, watch, course.start, course.length, s.t, new, follow, ready, state_within)
         if ended != NONE:
             state_within(space, step, ended)
             course.length *= ended

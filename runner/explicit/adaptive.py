@@ -11,6 +11,7 @@ from qddot.runner.explicit.adaptive_loop import run_slice
 from qddot.runner.explicit.step import PAIR, pair_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.hold import holding, kept
 from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
@@ -34,7 +35,7 @@ COUNTS = ("steps", "failed_attempts", "evaluations")
 
 @cache
 def _compiled_loop() -> Any:
-    records = (typeof(record(fields)) for fields in (SPACE, PAIR, CONTROL, COURSE, LOG, WATCH))
+    records = (typeof(record(fields)) for fields in (SPACE, PAIR, CONTROL, COURSE, LOG, WATCH, WATCH))
     return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice)
 
 
@@ -59,6 +60,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     space, space_arrays = space_for(problem, rtol, atol)
     coefficients, _ = pair_for(pair)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), int(coefficients["degree"]))
+    sides, sides_arrays = holding(problem, space, space_arrays["u"], int(coefficients["degree"]))
     course, loop = _course(problem, options, pair), _compiled_loop()
     times = None if recorder is not None else options.output_times
     wanted = wanted_times(times, problem.t0, problem.t1)
@@ -71,7 +73,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
 
     def one_slice() -> int:
         log.make_room(int(watch["most"]))
-        return int(loop(space, coefficients, control, course, log.record, watch, most_steps))
+        return int(loop(space, coefficients, control, course, log.record, watch, sides, most_steps))
 
     return Marching(
         options,
@@ -80,8 +82,10 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         state_of(space, space_arrays),
         one_slice,
         lambda: {name: int(course[name]) for name in COUNTS},
-        restorer(space, course, log.record, watch, space_arrays["reader"]),
-        (space_arrays, watch_arrays),
+        restorer(
+            space, course, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)
+        ),
+        (space_arrays, watch_arrays, sides_arrays),
     )
 
 

@@ -1,8 +1,9 @@
 """What a run of an adaptive explicit method has reached, and the dense output of its last step."""
 
 from qddot.runner.explicit.step import interpolate, prepare_dense
-from qddot.runner.explicit.workspace import WITHIN, Y
-from qddot.runner.frame.space import project_at_end, row_address
+from qddot.runner.explicit.workspace import K0, NEW, WITHIN, Y
+from qddot.runner.frame.hermite import cubic
+from qddot.runner.frame.space import project_at_end, row_address, states
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, layout
 
@@ -33,4 +34,20 @@ def state_within(space, step, theta):
     interpolate(space, pair, theta, course.length)
     if space.project != 0:
         project_at_end(space, course.start, theta * course.length, row_address(space, WITHIN))
+    return row_address(space, WITHIN)
+
+
+@compiled(**LEAN)
+def sketch_within(space, step, theta):
+    """The address of about the state at part theta of the step: the cubic through its ends, which needs no stages."""
+    pair, course = step
+    cubic(
+        theta,
+        course.length,
+        states(space, Y),
+        states(space, K0),
+        states(space, NEW),
+        states(space, K0 + pair.next_slope),
+        states(space, WITHIN),
+    )
     return row_address(space, WITHIN)

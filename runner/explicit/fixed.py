@@ -12,6 +12,7 @@ from qddot.runner.explicit.step import PAIR, tableau_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.hermite import DEGREE
+from qddot.runner.frame.hold import holding, kept
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
@@ -41,7 +42,7 @@ def _compiled_loop() -> Any:
 
 @cache
 def _compiled_close_loop() -> Any:
-    records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH, LOG, WATCH))
+    records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH, LOG, WATCH, WATCH))
     return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice_closely)
 
 
@@ -64,7 +65,8 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     tableau, _ = tableau_for(method.tableau)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * stages))
     watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
-    closely = bool(options.events) or recorder is not None
+    sides, sides_arrays = holding(problem, space, space_arrays["u"], DEGREE)
+    closely = bool(options.events) or recorder is not None or problem.n_modes > 0
     loop = _compiled_close_loop() if closely else _compiled_loop()
 
     def one_slice() -> int:
@@ -72,7 +74,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
             return int(loop(space, tableau, march, log.record, most_steps))
         log.make_room(int(watch["most"]))
         steps = most_steps if recorder is None else min(most_steps, recorder.steps - int(march["steps"]))
-        status = int(loop(space, tableau, march, log.record, watch, steps))
+        status = int(loop(space, tableau, march, log.record, watch, sides, steps))
         return Status.FINISHED if recorder is not None and march["steps"] >= recorder.steps else status
 
     def counts() -> dict[str, int]:
@@ -86,8 +88,10 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         state_of(space, space_arrays),
         one_slice,
         counts,
-        restorer(space, march, log.record, watch, space_arrays["reader"]),
-        (space_arrays, watch_arrays),
+        restorer(
+            space, march, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)
+        ),
+        (space_arrays, watch_arrays, sides_arrays),
         "failed_at",
     )
 

@@ -13,10 +13,11 @@ from qddot.runner.explicit.march import (
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.workspace import K0, NEW, WITHIN, Y, copy
 from qddot.runner.frame.hermite import cubic
+from qddot.runner.frame.hold import CHATTER, KEPT, SHORTER, keep_sides, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop, save
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import look_up, project_at_end, row_address, states
-from qddot.runner.frame.step_end import events_at_start, follow_step, save_within
+from qddot.runner.frame.step_end import events_at_start, follow_step, save_within, walk
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
@@ -24,42 +25,103 @@ from qddot.runner.problem import Status
 TERMINATED = int(Status.TERMINATED)
 
 
-def run_slice_closely(space, tableau, march, log, watch, most_steps):
+def run_slice_closely(space, tableau, march, log, watch, sides, most_steps):
     """March at most `most_steps` steps, up to a terminal event; returns a Status."""
-    status, step = RUNNING, (tableau, march)
+    status = RUNNING
     for _ in range(most_steps):
         if not has_room(log, watch.most):
             return status
-        if march.restart:
-            settle(space, march.now, min(next_stop(log), march.t1) - march.now)
-            if events_at_start(space, step, log, watch, march.now, march.steps == 0, state_within):
-                return TERMINATED
-        t, target = march.now, next_target(march, log)
-        march_to(space, tableau, march, log, target)
-        march.steps += 1
-        if diverged(space, march.limit):
-            march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
-            return NON_FINITE
-        march.target = target
-        ended, new = NONE, row_address(space, NEW)
-        if watch.count > 0:
-            ended = follow_step(space, step, log, watch, t, target - t, new, evaluate_end_slope, state_within)
-        if log.starts:
-            evaluate_end_slope(space, step)
-            save_within(space, step, log, t, target - t, target, state_within)
-            save(log, target, new)
-        if march.known:  # as the last stage left them
-            look_up(space, t, target - t, 1.0)
-        if ended != NONE:
-            state_within(space, step, ended)
-            copy(space, WITHIN, Y)
-            march.now = t + ended * (target - t)
+        if march.restart and begin(space, (tableau, march), log, watch, sides):
             return TERMINATED
-        accept(space)
-        status = land(space, march, log, target)
-        if status != RUNNING:
-            return status
+        march.target = next_target(march, log)
+        part = try_step(space, (tableau, march), log, sides)
+        if part > 0.0:
+            status = finish(space, (tableau, march), log, watch, part < 1.0)
+            if status != RUNNING:
+                return status
     return status
+
+
+@compiled(**LEAN)
+def begin(space, step, log, watch, sides):
+    """Inputs, sides and events where the right-hand side may jump; whether a terminal event is there."""
+    _, march = step
+    settle(space, march.now, min(next_stop(log), march.t1) - march.now)
+    if sides.count > 0 and sides.free == 0:
+        take_sides(space, sides, march.now, row_address(space, Y))
+    return events_at_start(space, step, log, watch, march.now, march.steps == 0, state_within)
+
+
+@compiled(**LEAN)
+def try_step(space, step, log, sides):
+    """March to the target, or to where a condition leaves its side; returns the part of the step that is left."""
+    tableau, march = step
+    march_to(space, tableau, march, log, march.target)
+    march.steps += 1
+    if sides.count == 0:
+        return 1.0
+    if sides.free == 0 and diverged(space, march.limit):
+        release(space, sides)
+        march.steps, march.known = march.steps - 1, 0
+        return 0.0
+    return hold_sides(space, step, log, sides)
+
+
+@compiled(**LEAN)
+def finish(space, step, log, watch, at_switch):
+    """Follow the step for events and pieces, and make its end the present state; returns a status."""
+    tableau, march = step
+    t, target, ended, new = march.now, march.target, NONE, row_address(space, NEW)
+    if diverged(space, march.limit):
+        march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
+        return NON_FINITE
+    if watch.count > 0:
+        ended = follow_step(space, step, log, watch, t, target - t, new, follow)
+    if log.starts:
+        evaluate_end_slope(space, step)
+        save_within(space, step, log, t, target - t, target, state_within)
+        save(log, target, new)
+    if march.known:  # as the last stage left them
+        look_up(space, t, target - t, 1.0)
+    if ended != NONE:
+        state_within(space, step, ended)
+        copy(space, WITHIN, Y)
+        march.now = t + ended * (target - t)
+        return TERMINATED
+    accept(space)
+    if at_switch:
+        march.now, march.restart = target, 1
+        return RUNNING
+    return land(space, march, log, target)
+
+
+@compiled(**LEAN)
+def hold_sides(space, step, log, sides):
+    """Take a step that a condition leaves its side in again, as far as there; returns the part of it that is left."""
+    tableau, march = step
+    t, h, new = march.now, march.target - march.now, row_address(space, NEW)
+    evaluate_end_slope(space, step)
+    fate, part = keep_sides(space, step, log, sides, t, h, new, follow, state_within)
+    if fate == KEPT:
+        return 1.0
+    march.end_slopes += tableau.stages
+    march.known = 0
+    if fate == CHATTER:
+        release(space, sides)
+    if fate != SHORTER:
+        march.steps -= 1
+        march.restart = 1
+        return 0.0
+    march.target = t + part * h
+    march_to(space, tableau, march, log, march.target)
+    march.restart = 1
+    return part
+
+
+@compiled(**LEAN)
+def follow(space, step, log, watch, t, h):
+    """See `step_end`."""
+    return walk(space, step, log, watch, t, h, evaluate_end_slope, state_within)
 
 
 @compiled(**LEAN)

@@ -28,9 +28,8 @@ ROWS = K0 + MOST_STAGES
 BLOCK_BYTES = 8 * BLOCK
 
 
-#: Fields beside those of every space. by_item: not 0 where rhs takes the state of a stage (see `stage`); a row is in so
-#: many blocks; weights (MOST_STAGES,): room.
-SPACE = space_layout("by_item blocks weights")
+#: Fields beside those of every space. A row is in so many blocks; weights (MOST_STAGES,): room.
+SPACE = space_layout("blocks weights")
 
 
 @compiled(**VIEW)

@@ -138,14 +138,28 @@ class _Run:
             if count > MOST_AT_ONCE or _piles_up(self._acts[k]):
                 self._status, self._piled = Status.PILED_UP, row.name
                 return False
-            waiting += [j for j in self._crossing(before, self._values(self._t, self._x)) if j != k]
+            after = self._values(self._t, self._x)
+            found = sorted({*self._crossing(before, after), *self._pressed(after)})
+            waiting += [j for j in found if j != k and j not in waiting]
         return True
+
+    def _pressed(self, now: Vector) -> list[int]:
+        """Events of one direction that are at zero, to rounding, and go that way now: what touches is pushed on."""
+        near, slope = self._soon()
+        late = self._values(self._t + near, self._x + near * slope)
+        rows = enumerate(zip(self._acting.rows, now, late - now, strict=False))
+        return [k for k, (row, at, move) in rows if row.sets and row.direction * move > 0 and abs(at) <= abs(move)]
+
+    def _soon(self) -> tuple[float, Vector]:
+        """A time that is next to nothing, and the slope of the state."""
+        passed = max(abs(self._t), self._t - self._stretches[-1].t0)
+        slope = np.zeros(len(self._x))
+        self._acting.rhs(self._t, self._x, self._inputs(self._t), self._problem.constants, slope)
+        return AT_ONCE * np.spacing(passed), slope
 
     def _simultaneous(self) -> list[int]:
         """Events that cross zero at this instant, to the resolution of time."""
-        passed = max(abs(self._t), self._t - self._stretches[-1].t0)
-        near, slope = AT_ONCE * np.spacing(passed), np.zeros(len(self._x))
-        self._acting.rhs(self._t, self._x, self._inputs(self._t), self._problem.constants, slope)
+        near, slope = self._soon()
         early, late = (self._values(self._t + way * near, self._x + way * near * slope) for way in (-1.0, 1.0))
         return self._crossing(early, late)
 

@@ -49,6 +49,8 @@ def mirrored(problem: Problem) -> Problem:
         jacobian=_mirrored_jacobian(problem.jacobian),
         input_jacobian=_mirrored_jacobian(problem.input_jacobian),
         held=_mirrored_constraints(problem.held),
+        switching=None if problem.switching is None else cover(problem.switching, "modes"),
+        approach=_mirrored_approach(problem.approach),
         t0=0.0 - problem.t0,
         t1=0.0 - problem.t1,
         sense=-problem.sense,
@@ -97,6 +99,10 @@ def _mirrored_jacobian(jacobian: Any) -> Any:
     if isinstance(jacobian, PlacedKernel):
         return replace(jacobian, kernel=cover(jacobian.kernel, "values"))
     return None if jacobian is None else cover(jacobian, "jacobian")
+
+
+def _mirrored_approach(approach: PlacedKernel | None) -> PlacedKernel | None:
+    return None if approach is None else replace(approach, kernel=cover(approach.kernel, "approach"))
 
 
 def _mirrored_constraints(held: Held | None) -> Held | None:

@@ -27,10 +27,17 @@ NONE = 2.0
 #: step, at most; shortest: part of the step that it is followed in, at least. before (count,): values where the step,
 #: or what is left of it, starts; after: where it ends; values (degree + 1, count); coefficients, turns, stack: room.
 #: theta, event (found,): crossings, rising, theta from 0 to 1.
+#: Of switching functions, see `hold`: turning (count,): not 0 where a condition changes its side when the next step
+#: begins, address 0 of all else; turned: whether one does; looks: room; changes: of sides without progress; free:
+#: whether all are for a step. flags, part, pull, slopes, bound, rest as in `slide`; sliding: how many do; rhs, by_item,
+#: jacobian_kernel, functions: what the space, or this, has where none does; slide, watch_slide: where some do.
+#: counted: changes of sides since that time, of the run from its start, which has started.
 WATCH = layout(
     "count outputs n_outputs kind place direction terminal left level degree whole points basis tail most before after "
-    "values coefficients turns stack theta event found y acting n_acting acting_values",
-    "shortest",
+    "values coefficients turns stack theta event found y acting n_acting acting_values "
+    "turning looks turned changes free flags part pull slopes bound rest sliding "
+    "rhs by_item jacobian_kernel functions slide watch_slide counted started",
+    "shortest since start",
 )
 
 
@@ -161,18 +168,35 @@ def value_within(space, step, watch, i, t, h, theta, state_within):
 
 
 @compiled(**INLINE)
-def bisect(space, step, watch, i, t, h, low, high, rising, state_within):
-    """Where event i crosses between parts low and high of the step, to the resolution of time, on the crossed side."""
+def close_in(space, step, watch, i, t, h, low, high, before, after, state_within):
+    """Where event i crosses between parts low and high of the step, to the resolution of time, on the crossed side.
+
+    before, after: its values there. By inverse quadratic interpolation where that is safe, else by halves (T. R.
+    Chandrupatla, Advances in Engineering Software 28 (1997) 145-149).
+    """
     resolution = max(2.0 * np.spacing(abs(t) + abs(h)) / abs(h), 1e-16)
+    rising, a, f_a, b, f_b, part = before < 0.0, high, after, low, before, 0.5
+    c, f_c = b, f_b
     while high - low > resolution:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
+        least = 0.5 * resolution / (high - low)
+        theta = a + min(max(part, least), 1.0 - least) * (b - a)
+        if not low < theta < high:
             break
-        value = value_within(space, step, watch, i, t, h, middle, state_within)
-        if (value >= 0.0) if rising else (value <= 0.0):
-            high = middle
+        value = value_within(space, step, watch, i, t, h, theta, state_within)
+        crossed_there = value >= 0.0 if rising else value <= 0.0
+        if crossed_there:
+            high = theta
         else:
-            low = middle
+            low = theta
+        if (f_a >= 0.0 if rising else f_a <= 0.0) == crossed_there:
+            c, f_c = a, f_a
+        else:
+            c, f_c, b, f_b = b, f_b, a, f_a
+        a, f_a = theta, value
+        part = 0.5
+        xi, phi = (a - b) / (c - b), (f_a - f_b) / (f_c - f_b)
+        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+            part = f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (f_c - f_b)
     return high
 
 
@@ -194,7 +218,7 @@ def find_crossings(space, step, watch, t, h, start, width, state_within):
                 theta, value = start + width * points[j], values[watch.count * j + i]
                 j += 1
             if crossed(before, value, direction[i]):
-                note(watch, bisect(space, step, watch, i, t, h, low, theta, before < 0.0, state_within), i)
+                note(watch, close_in(space, step, watch, i, t, h, low, theta, before, value, state_within), i)
             low, before = theta, value
 
 

@@ -19,10 +19,12 @@ from qddot.runner.problem import Problem
 #: Addresses (see `memory`, `pointers`) and lengths. rhs; work: rows of n states, `stride` bytes apart; constants
 #: (n_constants,); u (channels,); reader (reader_size,); pieces to order as in `InputTable`; steady: not 0 while all
 #: inputs are known to be constant, and stand in u. project, held: what keeps the state on constraints, and the record
-#: of these, see `projection`; 0 where it is kept on none.
+#: of these, see `projection`; 0 where it is kept on none. n_modes: of the last channels, which are modes of conditions
+#: (see `hold`), those that stand in modes (n_modes,); 0 where conditions are free. by_item: not 0 where rhs takes the
+#: state of a stage (see `stage`); jacobian_kernel: 0 where there is none.
 _COMMON = (
     "rhs work n stride constants n_constants n_inputs channels u reader reader_size steady "
-    "pieces n_pieces first last rate offset order project held"
+    "pieces n_pieces first last rate offset order project held n_modes modes by_item jacobian_kernel"
 )
 
 
@@ -39,8 +41,9 @@ def make_space(
     arrays = {name: writable(getattr(inputs, name)) for name in inputs._fields if name != "breakpoints"}
     arrays |= {
         "constants": np.array(problem.constants, dtype=np.float64),
-        "u": np.zeros(max(1, len(inputs.first))),
+        "u": np.zeros(2 + len(inputs.first))[1:],  # before it stands what `slide` finds its way by
         "reader": reader_for(inputs),
+        "modes": np.zeros(problem.n_modes),
         **own,
     }
     n = len(problem.initial_state)
@@ -54,6 +57,7 @@ def make_space(
         "n_inputs": int(problem.n_inputs),
         "channels": len(inputs.first),
         "n_pieces": len(inputs.pieces),
+        "n_modes": problem.n_modes,
         "reader_size": len(arrays["reader"]),
     }
     made = record(fields, **numbers, **{name: address(array) for name, array in arrays.items()})
@@ -76,6 +80,20 @@ def states(space, row):
 def input_values(space):
     """The input vector u, (channels,)."""
     return floats(space.u, space.channels)
+
+
+@compiled(**VIEW)
+def modes(space):
+    """The modes of conditions that are held, (n_modes,)."""
+    return floats(space.modes, space.n_modes)
+
+
+@compiled(**LEAN)
+def write_modes(space):
+    """Let kernels see the modes."""
+    u, found = input_values(space), modes(space)
+    for k in range(space.n_modes):
+        u[space.channels - space.n_modes + k] = found[k]
 
 
 @compiled(**VIEW)
@@ -105,6 +123,8 @@ def set_inputs(space, t, side):
     if space.n_inputs > 0:
         reader = floats(space.reader, space.reader_size)
         read(input_table(space), reader, t, side, space.n_inputs, input_values(space))
+        if space.n_modes > 0 and space.n_inputs > space.channels - space.n_modes:
+            write_modes(space)
 
 
 @compiled(**LEAN)

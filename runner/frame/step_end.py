@@ -1,8 +1,9 @@
 """What follows every accepted step, in compiled code: events sought on its dense output, and points saved.
 
-A method is a `step`, whatever that is (see `finish_step`), and two functions that are compiled with the caller:
-prepare(space, step) writes what dense output needs beyond the step itself; it may be called twice. state_within(space,
-step, theta) returns the address of the state at part theta of the step, 0 to 1; at 0 without any preparation.
+A method is a `step`, whatever that is (see `finish_step`), and functions of it: follow(space, step, log, watch, t, h)
+is `walk` with the other two, compiled once for a method. These are compiled with the caller: prepare(space, step)
+writes what dense output needs beyond the step itself; it may be called twice. state_within(space, step, theta) returns
+the address of the state at part theta of the step, 0 to 1; at 0 without any preparation.
 """
 
 from qddot.runner.frame.log import next_wanted, save, save_event, take_wanted
@@ -45,14 +46,24 @@ def record_events(space, step, log, watch, t, h, state_within):
 
 
 @compiled(**INLINE)
-def follow_step(space, step, log, watch, t, h, where, prepare, state_within):
+def follow_step(space, step, log, watch, t, h, where, follow):
     """Record the events of a step; returns theta of a terminal one, or NONE.
 
-    The step goes from t over h to the state at the address `where`. It is followed in one part, or, where the
-    polynomials through the events' functions do not stand for them, in halves, and halves of these.
+    The step goes from t over h to the state at the address `where`.
     """
     look_up(space, t, h, 1.0)
     event_values(space, watch, t + h, where, watch.after)
+    return follow(space, step, log, watch, t, h)
+
+
+@compiled(**INLINE)
+def walk(space, step, log, watch, t, h, prepare, state_within):
+    """Record the events of a step, `after` being known; returns theta of a terminal one, or NONE.
+
+    It is followed in one part, or, where the polynomials through the functions do not stand for them, in halves, and
+    halves of these. Of switching functions nothing is recorded, and the first crossing ends it: all of the part in
+    which that lies are known then.
+    """
     prepare(space, step)
     start, width, ended = 0.0, 1.0, NONE
     while start < 1.0 and ended == NONE:
@@ -61,7 +72,10 @@ def follow_step(space, step, log, watch, t, h, where, prepare, state_within):
             width *= 0.5
         else:
             find_crossings(space, step, watch, t, h, start, width, state_within)
-            ended = record_events(space, step, log, watch, t, h, state_within)
+            if watch.turning == 0:
+                ended = record_events(space, step, log, watch, t, h, state_within)
+            elif watch.found > 0:
+                ended = floats(watch.theta, watch.most)[0]
             go_on(watch)
             start += width
             while width < 1.0 and start % (2.0 * width) == 0.0:
@@ -84,7 +98,7 @@ def save_within(space, step, log, t, h, end, state_within):
 
 
 @compiled(**INLINE)
-def finish_step(space, step, log, watch, t, h, end, where, prepare, state_within):
+def finish_step(space, step, log, watch, t, h, end, where, follow, prepare, state_within):
     """Record the events of a step and save its points; returns theta of a terminal event, or NONE.
 
     The step goes from t over h to `end`, which is t + h to rounding; its new state is at the address `where`. A
@@ -92,7 +106,7 @@ def finish_step(space, step, log, watch, t, h, end, where, prepare, state_within
     """
     ended = NONE
     if watch.count > 0:
-        ended = follow_step(space, step, log, watch, t, h, where, prepare, state_within)
+        ended = follow_step(space, step, log, watch, t, h, where, follow)
     last = end if ended == NONE else t + ended * h
     if log.refine > 1 or next_wanted(log) < last:
         prepare(space, step)

@@ -26,7 +26,8 @@ def bind(
     for channel in sorted(tables.inputs[: tables.rhs_inputs], key=lambda each: -each.order):
         if channel.order:
             check_smooth(channel, signals[channel.input])
-    found = [sides[channel.name] if channel.input == TIME else signals[channel.input] for channel in tables.inputs]
+    found = [sides[channel.name] if channel.input == TIME else signals[channel.input] for channel in tables.courses]
+    found += [constant(0.0) for _ in tables.modes]
     return stack(found, [channel.order for channel in tables.inputs])
 
 

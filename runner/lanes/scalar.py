@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from qddot.runner.frame.acting import acting_of
+from qddot.runner.frame.hold import switching_of
 from qddot.runner.frame.spans import integrate
 from qddot.runner.lanes.starts import table_of
 from qddot.runner.machine.compiling import working_time
@@ -54,6 +55,7 @@ def _problem(task: "Task", run: int) -> Problem:
         by_item=True,
         held=held_by(model),
         acting=acting_of(model),
+        **switching_of(model, task.method, task.options),
     )
 
 

@@ -134,7 +134,9 @@ def stack_runs(
         columns[name] = _column(found, f"input {name}", value)
     shape = (runs, len(tables.inputs))
     table, rate, offset = np.zeros(shape, dtype=np.int64), np.zeros(shape), np.zeros(shape)
-    for i, channel in enumerate(tables.inputs):
+    for i in range(len(tables.courses), len(tables.inputs)):
+        table[:, i] = found.number(zero)
+    for i, channel in enumerate(tables.courses):
         table[:, i], rate[:, i], offset[:, i] = columns[channel.name if channel.input == TIME else channel.input]
     for i, channel in sorted(enumerate(tables.inputs[: tables.rhs_inputs]), key=lambda each: -each[1].order):
         for k in np.unique(table[:, i]):

@@ -138,7 +138,7 @@ def model_tables(model: Model) -> list[Table]:
     for quantity in model.tables.states:
         states.add_row(quantity.name, quantity.unit, quantity.meaning)
     inputs = plain_table("Inputs", "name", "unit", "meaning")
-    for channel in model.tables.inputs:
+    for channel in model.tables.courses:
         inputs.add_row(channel.name, channel.unit, channel.meaning)
     outputs = plain_table("Outputs", "name", "unit", "meaning")
     for quantity in model.tables.outputs:

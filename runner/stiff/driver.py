@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.frame.consistent import AlgebraicEquations, InconsistentError, consistent_state
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.hold import holding, kept
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
@@ -79,7 +80,7 @@ def stiff_workplace(
     control: np.dtype,
     **own: Any,
 ) -> StiffWorkplace:
-    """Where a method's loop, run_slice(space, s, log, watch, most_steps), works, with `rows` of vectors.
+    """Where a method's loop, run_slice(space, s, log, watch, sides, most_steps), works, with `rows` of vectors.
 
     recorder: takes the pieces of the run. control: the type of the record of scalars s; own: initial values of the
     method's own among them. A run raises ValueError for initial values that cannot be made consistent with the
@@ -87,6 +88,7 @@ def stiff_workplace(
     """
     space, arrays = space_for(problem, options, rows)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
+    sides, sides_arrays = holding(problem, space, arrays["u"], DEGREE)
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     times = None if recorder is not None else options.output_times
     wanted = wanted_times(times, problem.t0, problem.t1)
@@ -102,17 +104,19 @@ def stiff_workplace(
         s,
         log,
         arrays["work"],
-        partial(compiled_loop(run_slice, control), space, s, log.record, watch, most_steps),
+        partial(compiled_loop(run_slice, control), space, s, log.record, watch, sides, most_steps),
         int(watch["most"]),
-        restorer(space, s, log.record, watch, arrays["work"], arrays["reader"]),
-        (arrays, watch_arrays),
+        restorer(
+            space, s, log.record, watch, sides, *(arrays[name] for name in ("work", "reader", "u")), *kept(sides_arrays)
+        ),
+        (arrays, watch_arrays, sides_arrays),
     )
 
 
 @cache
 def compiled_loop(run_slice: Callable[..., Any], control: np.dtype) -> Any:
     """A method's loop, with `control` the type of its record of scalars."""
-    signature = types.int64(*map(from_dtype, (SPACE, control, LOG, WATCH)), types.int64)
+    signature = types.int64(*map(from_dtype, (SPACE, control, LOG, WATCH, WATCH)), types.int64)
     return compiled(signature, nogil=True)(run_slice)
 
 
@@ -128,6 +132,7 @@ def _settings(problem: Problem, options: Options) -> dict[str, Any]:
         "limit": options.divergence_limit,
         "max_steps": options.max_steps or np.iinfo(np.int64).max,
         "failed_state": -1,
+        "part": 1.0,
         "unit_mass": mass is None,
         "algebraic": algebraic,
         "phase": CORRECT if algebraic else START,

@@ -1,15 +1,17 @@
 """The compiled loop that all stiff methods share: segments, steps, and what the frame does at the end of a step.
 
-A run is cut into segments at the breakpoints of the inputs. A method starts afresh in each one, because a jump in f, or
-in a low derivative of it, makes what it knew of the past worthless.
+A run is cut into segments at the breakpoints of the inputs, and where a condition of the model leaves the side on which
+it is held. A method starts afresh in each one, because a jump in f, or in a low derivative of it, makes what it knew of
+the past worthless.
 
 A method is four functions: first_step(space, s, v) begins a segment; take_good_step(space, s, v) takes an accepted step
-and returns a status; prepare_polynomial(space, s) writes the step's dense output; choose_next(s, v) sets the step to
-come.
+and returns a status; prepare_polynomial(space, s) writes the step's dense output, unless the step was cut;
+choose_next(s, v) sets the step to come.
 """
 
 import numpy as np
 
+from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, SHORTER, keep_sides, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import project, project_at_end, row_address, set_inputs
@@ -18,17 +20,20 @@ from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.problem import Status
-from qddot.runner.stiff.space import WITHIN, X_NEW, F, X, vectors
-from qddot.runner.stiff.system import evaluate_f, evaluate_jacobian, evaluate_polynomial
+from qddot.runner.stiff.space import DEGREE, POLYNOMIAL, WITHIN, X_NEW, F, X, vectors
+from qddot.runner.stiff.system import all_finite, evaluate_f, evaluate_jacobian, evaluate_polynomial
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
 NON_FINITE, TOO_MANY_STEPS = int(Status.NON_FINITE), int(Status.TOO_MANY_STEPS)
+STEP_UNDERFLOW = int(Status.STEP_UNDERFLOW)
 #: What the loop does next: have the algebraic states corrected, begin a segment, take a step.
 CORRECT, START, STEP = range(3)
 
 
 @compiled(**INLINE)
-def take_steps(space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_next):
+def take_steps(
+    space, s, log, watch, sides, most_steps, first_step, take_good_step, prepare_polynomial, follow, choose_next
+):
     """Take at most `most_steps` steps of a method; returns a Status."""
     v = vectors(space)
     status = RUNNING
@@ -36,17 +41,27 @@ def take_steps(space, s, log, watch, most_steps, first_step, take_good_step, pre
         if s.phase == CORRECT or not has_room(log, watch.most):
             break
         if s.phase == START:
-            status = begin_segment(space, s, v, log, watch)
+            status = begin_segment(space, s, v, log, watch, sides)
             if status != RUNNING:
                 break
             first_step(space, s, v)
         status = take_good_step(space, s, v)
         if status == RUNNING:
             status = check_step(s, v)
+        if status == NON_FINITE and sides.count > 0 and sides.free == 0:
+            release(space, sides)
+            s.phase, status = START, RUNNING
+            continue
         if status != RUNNING:
             break
+        fate = hold_sides(space, s, v, log, sides, prepare_polynomial, follow) if sides.count > 0 else KEPT
+        if fate == NOTHING:
+            continue
+        if fate == CHATTER:
+            status = STEP_UNDERFLOW
+            break
         new = row_address(space, X_NEW)
-        ended = finish_step(space, s, log, watch, s.t, s.length, s.t_new, new, prepare_polynomial, state_within)
+        ended = finish_step(space, s, log, watch, s.t, s.length, s.t_new, new, follow, prepare_polynomial, state_within)
         if ended != NONE:
             cut_step(space, s, v, ended)
         choose_next(s, v)
@@ -68,17 +83,42 @@ def state_within(space, s, theta):
 
 
 @compiled(**INLINE)
-def begin_segment(space, s, v, log, watch):
+def hold_sides(space, s, v, log, sides, prepare_polynomial, follow):
+    """Cut a step where a condition leaves its side; returns what became of it, see `keep_sides`."""
+    new = row_address(space, X_NEW)
+    prepare_polynomial(space, s)
+    fate, part = keep_sides(space, s, log, sides, s.t, s.length, new, follow, state_within)
+    if fate == NOTHING:
+        s.phase = START
+        s.failed_attempts += 1
+    elif fate == SHORTER:
+        cut_step(space, s, v, part)
+        s.part, power = part, part
+        for p in range(DEGREE):
+            for i in range(v.shape[1]):
+                v[POLYNOMIAL + p, i] *= power
+            power *= part
+        s.length = s.t_new - s.t
+    return fate
+
+
+@compiled(**INLINE)
+def begin_segment(space, s, v, log, watch, sides):
     """Evaluate f, its Jacobian and the events at the start of a segment; returns a status."""
     s.segment_end = next_stop(log)
     s.reaches_end = False
-    s.length, s.t_new = 0.0, s.t
+    s.length, s.t_new, s.part = 0.0, s.t, 1.0
     set_inputs(space, s.t, after(s.t, s.segment_end - s.t))
     if space.project != 0:
         project(space, s.t, row_address(space, X))
+    if sides.count > 0 and sides.free == 0:
+        take_sides(space, sides, s.t, row_address(space, X))
     if events_at_start(space, s, log, watch, s.t, s.steps == 0, state_within):
         return TERMINATED
     evaluate_f(space, s, s.t, X, F)
+    if sides.count > 0 and not all_finite(row_address(space, F), space.n):  # a hair beyond where the branch has values
+        release(space, sides)
+        evaluate_f(space, s, s.t, X, F)
     for i in range(v.shape[1]):
         if not np.isfinite(v[F, i]):
             s.failed_state = i
@@ -119,7 +159,9 @@ def complete_step(s, v, log, ended):
     s.fresh_jacobian = False
     if ended != NONE:
         return TERMINATED
-    if s.reaches_end:
+    if s.part < 1.0:
+        s.phase = START
+    elif s.reaches_end:
         log.stop += 1
         s.phase = CORRECT if s.algebraic else START
         if log.stop == log.n_stops:

@@ -10,13 +10,14 @@ import numpy as np
 
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.step_control import at_rate, matlab_first_step
+from qddot.runner.frame.step_end import walk
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE
+from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
-from qddot.runner.stiff.loop import take_steps
+from qddot.runner.stiff.loop import state_within, take_steps
 from qddot.runner.stiff.ndf_choice import choose_after_success
 from qddot.runner.stiff.ndf_formulas import (
     CORRECTION,
@@ -81,10 +82,26 @@ def first_step(space, s, v):
     form_matrix(space, s)
 
 
-def run_slice(space, s, log, watch, most_steps):
+@compiled(**LEAN)
+def follow(space, s, log, watch, t, h):
+    """See `step_end`."""
+    return walk(space, s, log, watch, t, h, prepare_polynomial, state_within)
+
+
+def run_slice(space, s, log, watch, sides, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
     return take_steps(
-        space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_after_success
+        space,
+        s,
+        log,
+        watch,
+        sides,
+        most_steps,
+        first_step,
+        take_good_step,
+        prepare_polynomial,
+        follow,
+        choose_after_success,
     )
 
 

@@ -72,6 +72,8 @@ def rescale(s, v, k, ratio):
 @compiled(**LEAN)
 def prepare_polynomial(space, s):
     """Write the interpolant of the step just taken, in its end and the k differences there (equation 2)."""
+    if s.part < 1.0:  # it was cut, and what it was cut from is gone
+        return
     v = vectors(space)
     for p in range(DEGREE):
         for i in range(v.shape[1]):

@@ -11,13 +11,14 @@ import numpy as np
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.step_control import CONTROL as STEP_CONTROL
 from qddot.runner.frame.step_control import control_for
+from qddot.runner.frame.step_end import walk
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
-from qddot.runner.stiff.loop import take_steps
+from qddot.runner.stiff.loop import state_within, take_steps
 from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, take_good_step
 from qddot.runner.stiff.space import F, X, control_type
 from qddot.runner.stiff.system import (
@@ -69,9 +70,17 @@ def choose_next(s, v):
     s.h = s.next_h
 
 
-def run_slice(space, s, log, watch, most_steps):
+@compiled(**LEAN)
+def follow(space, s, log, watch, t, h):
+    """See `step_end`."""
+    return walk(space, s, log, watch, t, h, prepare_polynomial, state_within)
+
+
+def run_slice(space, s, log, watch, sides, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
-    return take_steps(space, s, log, watch, most_steps, first_step, take_good_step, prepare_polynomial, choose_next)
+    return take_steps(
+        space, s, log, watch, sides, most_steps, first_step, take_good_step, prepare_polynomial, follow, choose_next
+    )
 
 
 def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:

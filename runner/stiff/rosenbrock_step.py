@@ -148,6 +148,8 @@ def _scaled_error(s, v):
 @compiled(**LEAN)
 def prepare_polynomial(space, s):
     """Write the dense output, of order 4, of the step just taken."""
+    if s.part < 1.0:  # it was cut, and what it was cut from is gone
+        return
     v = vectors(space)
     for i in range(v.shape[1]):
         D1, D2, D3 = 0.0, 0.0, 0.0

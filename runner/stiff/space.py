@@ -29,11 +29,11 @@ OWN = POLYNOMIAL + DEGREE
 #: Scalars of a run. t, t_new: the step in hand; length: its full length, where an event ends it early; h the step size,
 #: h_max its limit, h_min its least value at t; first_step: of the first segment, 0 for automatic; longest_first: the
 #: longest that it may be, in any. segment_end: the stop that the run is heading for. worst: state with the largest
-#: error or correction. algebraic: the mass matrix is singular. central: Jacobians without a kernel are of central
-#: differences.
+#: error or correction. part: of the step that is left where a condition leaves its side, else 1. algebraic: the mass
+#: matrix is singular. central: Jacobians without a kernel are of central differences.
 CONTROL = [
     *((name, "f8") for name in ("t", "t_new", "length", "h", "h_min", "h_max", "first_step", "longest_first")),
-    *((name, "f8") for name in ("segment_end", "rtol", "limit")),
+    *((name, "f8") for name in ("segment_end", "rtol", "limit", "part")),
     *((name, "i8") for name in ("phase", "max_steps", "steps", "failed_attempts", "evaluations", "jacobians")),
     *((name, "i8") for name in ("factorizations", "linear_solves", "failed_state", "worst")),
     *((name, "?") for name in ("reaches_end", "fresh_jacobian", "singular", "unit_mass", "algebraic", "central")),
@@ -45,13 +45,13 @@ def control_type(own: list[Any]) -> np.dtype:
     return np.dtype([*CONTROL, *own], align=True)
 
 
-#: Fields beside those of every space. jacobian_kernel, 0 where there is none; `entries` values (entries,) of it and
+#: Fields beside those of every space. Of jacobian_kernel `entries` values (entries,) and
 #: their places in the matrix (entries,), places 0 where it fills the matrix itself; work: the vectors, (rows, n); mass,
 #: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). Where the Jacobian is a band, see `band`, there is no
 #: mass, jacobian and factors are `cells` numbers each, with lower, upper, place_of (n,) and scratch (n,); place_of is 0
 #: where it is none. factor_routine, solve_routine: LAPACK's.
 SPACE = space_layout(
-    "jacobian_kernel entries values places rows mass pseudo_inverse jacobian factors pivots "
+    "entries values places rows mass pseudo_inverse jacobian factors pivots "
     "cells lower upper place_of scratch factor_routine solve_routine"
 )
 

@@ -15,6 +15,7 @@ class AnyMethod(Table):
 
     output_times: tuple[Amount, ...] | None = None
     time_limit: Amount | None = None
+    switching: str | None = None
 
 
 class ConstantStep(AnyMethod):

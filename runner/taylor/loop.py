@@ -8,7 +8,7 @@ import numpy as np
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import row_address, set_inputs, states
-from qddot.runner.frame.step_end import events_at_start, finish_step
+from qddot.runner.frame.step_end import events_at_start, finish_step, walk
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
@@ -118,6 +118,12 @@ def complete_step(space, course, log, ended):
     return status
 
 
+@compiled(**LEAN)
+def follow(space, step, log, watch, t, h):
+    """See `step_end`."""
+    return walk(space, step, log, watch, t, h, nothing_to_prepare, state_within)
+
+
 def run_slice(space, course, log, watch, most_steps):
     """At most `most_steps` steps; returns a status. RUNNING also where there is no room for what another step saves."""
     for _ in range(most_steps):
@@ -132,8 +138,9 @@ def run_slice(space, course, log, watch, most_steps):
         if status != RUNNING:
             return status
         where = row_address(space, NEW)
+        t, h = course.start, course.length
         ended = finish_step(
-            space, course, log, watch, course.start, course.length, course.now, where, nothing_to_prepare, state_within
+            space, course, log, watch, t, h, course.now, where, follow, nothing_to_prepare, state_within
         )
         status = complete_step(space, course, log, ended)
         if status != RUNNING:
