@@ -101,7 +101,7 @@ $(VENV)/docs: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[all,docs]'
 	@touch $@ $(VENV)/run
 
-PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax pydy cython
+PEERS := heyoka numbalsoda CyRK jitcode casadi diffrax scikit-sundae pydy cython
 
 $(VENV)-bench/run: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)-bench

@@ -12,7 +12,20 @@ from benchmarks.timing import Table, Timing, machine
 from qddot.runner.files import written_aside
 
 #: What is measured here, by the names under which they are installed.
-TOOLS = ("heyoka", "numbalsoda", "CyRK", "jitcode", "casadi", "diffrax", "pydy", "scipy", "numba", "numpy", "sympy")
+TOOLS = (
+    "heyoka",
+    "numbalsoda",
+    "CyRK",
+    "jitcode",
+    "casadi",
+    "diffrax",
+    "scikit-sundae",
+    "pydy",
+    "scipy",
+    "numba",
+    "numpy",
+    "sympy",
+)
 
 
 def markdown(table: Table) -> str:

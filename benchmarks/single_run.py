@@ -1,4 +1,5 @@
-"""One run at equal error: the M113 standing and driving, pendulums of two and eight links, a chain of 100 masses.
+"""One run at equal error: the M113 standing and driving, pendulums of two and eight links, a chain of 100 masses, and
+two mechanisms held together by constraints, of which the others integrate the differentiated equations.
 
 Every contender is prepared beforehand and timed from a given state to the end; over the M113 it restarts at the two
 edges of the recoil pulse (ours finds them by itself).
@@ -16,11 +17,12 @@ from benchmarks import ours
 from benchmarks.cases.case import Case
 from benchmarks.cases.chain import shaken
 from benchmarks.cases.m113 import AMPLITUDE, ride
+from benchmarks.cases.mechanism import andrews, turning
 from benchmarks.cases.pendulum import swings
 from benchmarks.contest import Preparation, at_equal_error
 from benchmarks.peers import peer
 from benchmarks.timing import Table, Timing
-from qddot.model import chain, pendulum
+from qddot.model import chain, four_bar, pendulum
 
 PEERS: dict[str, Preparation] = {
     "heyoka taylor_adaptive": peer("heyoka", "one"),
@@ -34,6 +36,8 @@ PEERS: dict[str, Preparation] = {
     "PyDy, Cython": peer("pydy", "one", "cython"),
     "PyDy, lambdify": peer("pydy", "one", "lambdify"),
 }
+#: What takes differential-algebraic equations as they are.
+ALGEBRAIC: dict[str, Preparation] = {"scikit-sundae IDA": peer("sundae", "one")}
 METHODS = ("exact", "taylor", "dop853", "vern7", "tsit5", "ode45")
 #: Small swings of eight links keep far from chaos, which no tool can follow to nine digits.
 SWING = 0.4
@@ -48,9 +52,12 @@ def groups(quick: bool) -> Iterator[Table]:
 
 def compared(case: Case, wanted: float, repeats: int) -> list[Timing]:
     """Our methods and all peers over the first run of a case."""
-    methods = [name for name in METHODS if name != "exact" or case.model.tables.linear]
+    tables = case.model.tables
+    able = {"exact": tables.linear, "taylor": not tables.constraints}
+    methods = [name for name in METHODS if able.get(name, True)]
     contenders: dict[str, Preparation] = {f"qddot {name}": partial(ours.one, method=name) for name in methods}
-    return at_equal_error(contenders | PEERS, case, wanted, repeats)
+    peers = PEERS | ALGEBRAIC if tables.constraints else PEERS
+    return at_equal_error(contenders | peers, case, wanted, repeats)
 
 
 def _cases(folder: Path) -> Iterator[tuple[str, Callable[[], Case], float]]:
@@ -61,4 +68,6 @@ def _cases(folder: Path) -> Iterator[tuple[str, Callable[[], Case], float]]:
     yield "Double pendulum, 10 s", lambda: swings(qddot.load("double_pendulum"), two, 10.0), 1e-9
     eight = np.concatenate([SWING * np.linspace(1.0, -0.5, 8), np.zeros(8)])[None]
     yield "Pendulum of 8 links, 10 s", lambda: swings(ours.derived(pendulum.system(8), folder), eight, 10.0), 1e-9
+    yield "Andrews' mechanism, 0.03 s", lambda: andrews(partial(ours.derived, folder=folder)), 1e-6
+    yield "Four-bar, 5 s", lambda: turning(four_bar.system(), qddot.load("four_bar")), 1e-6
     yield "Chain of 100 masses, 10 s", lambda: shaken(ours.derived(chain.system(100), folder), 10.0), 1e-9

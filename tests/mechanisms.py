@@ -126,53 +126,6 @@ def satellite():
     )
 
 
-def squeezer():
-    """Andrews' squeezing mechanism: Hairer & Wanner II, section VII.7, and the test set of Bari."""
-    beta, theta, gamma, phi, delta, omega, epsilon = q = symbols("beta theta gamma phi delta omega epsilon")
-    v = [Symbol(f"{name}dot") for name in map(str, q)]
-    m = dict(zip(range(1, 8), (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498), strict=True))
-    inertia = (2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
-    i = dict(zip(range(1, 8), inertia, strict=True))
-    xa, ya, xb, yb, xc, yc, c_0, l_0 = -0.06934, -0.00227, -0.03635, 0.03273, 0.014, 0.072, 4530.0, 0.07785
-    d, da, e, ea, rr, ra, ss, sa = 0.028, 0.0115, 0.02, 0.01421, 0.007, 0.00092, 0.035, 0.01874
-    sb, sc, sd, ta, tb, u, ua, ub = 0.01043, 0.018, 0.02, 0.02308, 0.00916, 0.04, 0.01228, 0.00449
-    zf, zt, fa = 0.02, 0.04, 0.01421
-    mass = {
-        (0, 0): m[1] * ra**2 + m[2] * (rr**2 - 2 * da * rr * cos(theta) + da**2) + i[1] + i[2],
-        (1, 0): m[2] * (da**2 - da * rr * cos(theta)) + i[2],
-        (1, 1): m[2] * da**2 + i[2],
-        (2, 2): m[3] * (sa**2 + sb**2) + i[3],
-        (3, 3): m[4] * (e - ea) ** 2 + i[4],
-        (4, 3): m[4] * ((e - ea) ** 2 + zt * (e - ea) * sin(phi)) + i[4],
-        (4, 4): m[4] * (zt**2 + 2 * zt * (e - ea) * sin(phi) + (e - ea) ** 2) + m[5] * (ta**2 + tb**2) + i[4] + i[5],
-        (5, 5): m[6] * (zf - fa) ** 2 + i[6],
-        (6, 5): m[6] * ((zf - fa) ** 2 - u * (zf - fa) * sin(omega)) + i[6],
-        (6, 6): m[6] * ((zf - fa) ** 2 - 2 * u * (zf - fa) * sin(omega) + u**2) + m[7] * (ua**2 + ub**2) + i[6] + i[7],
-    }
-    xd, yd = sd * cos(gamma) + sc * sin(gamma) + xb, sd * sin(gamma) - sc * cos(gamma) + yb
-    spring = sqrt((xd - xc) ** 2 + (yd - yc) ** 2)
-    x, y = rr * cos(beta) - d * cos(beta + theta), rr * sin(beta) - d * sin(beta + theta)
-    closed = (
-        x - ss * sin(gamma) - xb,
-        y + ss * cos(gamma) - yb,
-        x - e * sin(phi + delta) - zt * cos(delta) - xa,
-        y + e * cos(phi + delta) - zt * sin(delta) - ya,
-        x - zf * cos(omega + epsilon) - u * sin(epsilon) - xa,
-        y - zf * sin(omega + epsilon) + u * cos(epsilon) - ya,
-    )
-    names = symbols("lam_1:7")
-    return System(
-        name="squeezer",
-        title="Andrews' squeezing mechanism",
-        coordinates=coordinates("rad", " ".join(map(str, q))),
-        parameters=parameters(mom=(0.033, "N m")),
-        kinetic_energy=HALF * sum((1 if k == j else 2) * entry * v[k] * v[j] for (k, j), entry in mass.items()),
-        potential_energy=HALF * c_0 * (spring - l_0) ** 2,
-        generalized_forces={beta: Symbol("mom")},
-        constraints=[Constraint(name, f, "N", "a pin") for name, f in zip(names, closed, strict=True)],
-    )
-
-
 def parallel_cranks():
     """A bar on three parallel cranks of one length: one constraint too many, wherever the cranks stand."""
     t1, t2, t3, a, m, g = symbols("theta_1 theta_2 theta_3 a m g")

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from mechanisms import off, parallel_cranks, rolling_disc, satellite, slider_crank, spherical_pendulum, squeezer
+from mechanisms import off, parallel_cranks, rolling_disc, satellite, slider_crank, spherical_pendulum
 from scipy.integrate import solve_ivp
 
 import qddot
+from benchmarks.cases.mechanism import SQUEEZER_START, squeezer
 
 TIGHT = {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}
 
@@ -182,16 +183,7 @@ def test_satellite_by_a_quaternion_over_1000_s(made):
 def test_the_squeezing_mechanism_ends_where_it_was_published_to(made):
     """E. Hairer, G. Wanner, Solving ODEs II, section VII.7; test set for IVP solvers, Andrews' squeezing mechanism."""
     model = made(squeezer())
-    given = {
-        "beta": -0.0617138900142764496358948458001,
-        "theta": 0.0,
-        "gamma": 0.455279819163070380255912382449,
-        "phi": 0.222668390165885884674473185609,
-        "delta": 0.487364979543842550225598953530,
-        "omega": -0.222668390165885884674473185609,
-        "epsilon": 1.23054744454982119249735015568,
-    }
-    start = qddot.assemble(model, given)
+    start = qddot.assemble(model, SQUEEZER_START)
     found = qddot.simulate(model, (0, 0.03), initial=start, **TIGHT)
     end = {
         "beta": 0.1581077119629904e2,

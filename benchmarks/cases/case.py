@@ -22,8 +22,9 @@ class Case:
     starts (runs, 2n): states [q, qdot]. constants (runs, n_constants): those of the generated kernels.
     given (runs, k): what else differs between runs and `equations` and `inputs` take.
     parts: (until (runs,) in s, peak in N), ...: a run restarts at each `until`; up to there the recoil has this peak.
-    equations(t, q, v, peak, given, f): mass matrix, as rows, and n forces, in a tool's own expressions; f has its sin
-    and cos. Instead of a mass matrix None says that the forces are accelerations.
+    equations(t, q, v, peak, given, f): mass matrix, as rows, and n forces, in a tool's own expressions; f has its sin,
+    cos and sqrt. Instead of a mass matrix None says that the forces are accelerations; a mechanism's rows are those
+    of [M G'; G 0] for accelerations and multipliers.
     inputs: jitted (t, peak, given, u), which sets what the generated kernel `rhs` reads.
     one, many: the same as keywords of `qddot.prepare` and of `qddot.simulate_batch`.
     solution: final states (runs, 2n) to 1e-12 or better.
@@ -79,11 +80,14 @@ def accelerations(case: Case, t: Any, x: Any, peak: Any, given: Any, f: Any, kee
     """The n accelerations in a tool's own expressions of the states x (2n,); `keep` names an intermediate result."""
     n = case.n
     M, forces = case.equations(t, list(x[:n]), list(x[n : 2 * n]), peak, given, f)
-    return forces if M is None else solved(M, forces, keep)
+    return forces if M is None else solved(M, forces, keep)[:n]
 
 
 def solved(M: list[list[Any]], forces: list[Any], keep: Any = lambda e: e) -> list[Any]:
-    """M^-1 forces for a symmetric positive definite M by M = L D L^T, written out in any arithmetic."""
+    """M^-1 forces for a symmetric positive definite M by M = L D L^T, written out in any arithmetic.
+
+    So it is without pivots where a negative definite block stands last, as of [M G'; G 0] once M is taken out.
+    """
     n = len(forces)
     L: list[list[Any]] = [[None] * n for _ in range(n)]
     D: list[Any] = []

@@ -20,7 +20,7 @@ def _one(case: Case, run: int) -> Floats:
         def derivative(t: float, x: Floats, peak: float = peak) -> Floats:
             state = x.tolist()
             M, forces = case.equations(t, state[:n], state[n:], peak, given, math)
-            return np.concatenate([x[n:], forces if M is None else np.linalg.solve(M, forces)])
+            return np.concatenate([x[n:], forces if M is None else np.linalg.solve(M, forces)[:n]])
 
         span = (t, float(until[run]))
         x = solve_ivp(derivative, span, x, method="DOP853", rtol=3e-14, atol=1e-13 * case.atol).y[:, -1]

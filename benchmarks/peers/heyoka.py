@@ -17,10 +17,10 @@ COMPACT = 20
 def one(case: Case) -> Callable[[float], Run]:
     """taylor_adaptive; the numbers of the run are written into its equations."""
     equations = _equations(case, case.given[0].tolist())
-    pulsed = len(case.parts) > 1
+    pulsed, compact = len(case.parts) > 1, case.n > COMPACT or bool(case.model.tables.constraints)
 
     def at(tolerance: float) -> Run:
-        settings = {"tol": tolerance, "compact_mode": case.n > COMPACT, "pars": [0.0] if pulsed else []}
+        settings = {"tol": tolerance, "compact_mode": compact, "pars": [0.0] if pulsed else []}
         integrator = hy.taylor_adaptive(equations, case.starts[0], **settings)
 
         def advance(x: Floats, t: float, until: float, peak: float) -> Floats:

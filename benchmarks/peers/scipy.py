@@ -33,7 +33,7 @@ def lambdified(case: Case, method: str) -> Callable[[float], Run]:
 
     def derivative(t: float, x: Floats, peak: float) -> list[float]:
         M, forces = function(t, peak, *x.tolist())
-        return [*x[n:], *(np.linalg.solve(M, forces) if M else forces)]
+        return [*x[n:], *(np.linalg.solve(M, forces)[:n] if M else forces)]
 
     return _solved(case, method, lambda peak: lambda t, x: derivative(t, x, peak))
 
