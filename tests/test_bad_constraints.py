@@ -150,8 +150,9 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_bad_constraints_are_refused_by_name(case):
     changes, message = BAD[case]
-    with pytest.raises(ModelError, match=re.escape(message)):
+    with pytest.raises(ModelError, match=re.escape(message)) as refused:
         system(**changes())
+    assert str(refused.value).startswith("model rod: ")
 
 
 def test_good_ones_are_taken():
