@@ -7,6 +7,9 @@ from sympy import Add, Rational, Symbol, cos, sin, symbols
 from qddot.model.scene import Bar, Point
 from qddot.model.system import Coordinate, Output, Parameter, System
 
+#: The most links that are drawn: places of many are longer to derive than their equations.
+DRAWN = 12
+
 
 def system(n: int = 3) -> System:
     """Give a chain of n links, each angle from the downward vertical. Its name: pendulum, or pendulum_n."""
@@ -39,7 +42,9 @@ def system(n: int = 3) -> System:
             Output(Symbol("x_tip"), x[-1], "m", "horizontal position of the tip"),
             Output(Symbol("y_tip"), y[-1], "m", "height of the tip over the pivot"),
         ),
-        scene=(
+        scene=()
+        if n > DRAWN
+        else (
             *(Bar(upper, lower) for upper, lower in pairwise([(0, 0), *masses])),
             Point((0, 0), colour="dark"),
             *(Point(mass, length / 10) for mass in masses),
