@@ -1,12 +1,15 @@
 """Mechanisms of the library of computational benchmark problems: M. González, D. Dopico, U. Lugrís, J. Cuadrado,
-Multibody System Dynamics 16 (2006) 179-190, now kept by IFToMM's committee for multibody dynamics; A01, A02, A05."""
+Multibody System Dynamics 16 (2006) 179-190, now kept by IFToMM's committee for multibody dynamics; A01 to A05 there."""
 
 from mechanisms import HALF, coordinates, parameters
 from sympy import Matrix, Rational, Symbol, cos, pi, sin, sqrt, symbols
 
 from qddot.model import Constraint, System
 from qddot.model.frames import (
+    Named,
+    Point,
     about,
+    carried,
     kinetic_energy,
     potential_energy,
     rates_of,
@@ -56,6 +59,45 @@ def four_bars(count):
         kinetic_energy=kinetic,
         potential_energy=potential,
         constraints=held,
+    )
+
+
+#: Of Bricard's mechanism: the axis of each hinge, and the way from it to the next one, at the start.
+HINGES = (("y", (1, 0, 0)), ("z", (0, -1, 0)), ("x", (0, 0, 1)), ("y", (-1, 0, 0)), ("z", (0, 1, 0)))
+
+
+def bricard():
+    """A04: five rods of 1 m, 1 kg and a section of 0.1 m x 0.1 m on six hinges, one of them too many; y points up.
+
+    Angles of five hinges, from one end on; the sixth, along x at (0, 0, 1 m), closes the loop by five equations of
+    which four are independent.
+    """
+    q, (m, L, g) = symbols("a_1:6"), symbols("m L g")
+    named = Named()
+    turned, hinge = about("x", 0, 0), Point(Matrix([0, 0, 0]), Matrix([0, 0, 0]))
+    kinetic = potential = 0
+    for k, (axis, way) in enumerate(HINGES, 1):
+        turned = named.rotation(f"{k}", turned @ about(axis, q[k - 1]))
+        middle = carried(hinge, turned, HALF * L * Matrix(way))
+        middle = Point(middle.position, named.vector(f"v_{k}", middle.velocity, "m/s"))
+        hinge = carried(middle, turned, HALF * L * Matrix(way))
+        inertia = [m * L**2 * (Rational(1, 600) if each else Rational(101, 1200)) for each in way]
+        kinetic += kinetic_energy(m, inertia, middle.velocity, turned.angular_velocity)
+        potential += potential_energy(m, middle.position, (0, -g, 0))
+    closed = (*(hinge.position - L * Matrix([0, 0, 1])), turned.matrix[1, 0], turned.matrix[2, 0])
+    units = ("N", "N", "N", "N m", "N m")
+    return System(
+        name="bricard",
+        title="Bricard's mechanism",
+        coordinates=coordinates("rad", " ".join(map(str, q))),
+        parameters=parameters(m=(1.0, "kg"), L=(1.0, "m"), g=(9.81, "m/s^2")),
+        quantities=named.quantities,
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+        constraints=[
+            Constraint(Symbol(f"lam_{j}"), f, unit, "the last hinge")
+            for j, (f, unit) in enumerate(zip(closed, units, strict=True), 1)
+        ],
     )
 
 

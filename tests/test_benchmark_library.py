@@ -1,7 +1,8 @@
 """Mechanisms of the library of computational benchmark problems, beside what is known of them: see `benchmark_library`.
 
 The library's time histories were not at hand; its problems and spans were. References are computed apart: the
-pendulum's is Jacobi's, that of the four-bars SciPy's over one angle, the governor's SymPy's equations.
+pendulum's is Jacobi's, that of the four-bars SciPy's over one angle, Bricard's the energy by hand, the governor's
+SymPy's equations.
 """
 
 import importlib.util
@@ -9,7 +10,7 @@ import importlib.util
 import numpy as np
 import pytest
 import sympy
-from benchmark_library import four_bars, governor, planar_pendulum
+from benchmark_library import HINGES, bricard, four_bars, governor, planar_pendulum
 from mechanisms import energy, off
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
@@ -62,6 +63,68 @@ def test_two_four_bars_in_a_row_pass_lying_flat(made):
     assert np.abs([found[f"b_{k}"] for k in (1, 2)]).max() < 1e-12
     assert np.ptp(energy(model, found)) < 1e-8
     assert off(model, found).max() < 1e-12
+
+
+class BricardByHand:
+    """Its one motion by the length of its way in the space of the five angles, in plain NumPy."""
+
+    def __init__(self):
+        self.axes = [np.eye(3)["xyz".index(axis)] for axis, _ in HINGES]
+        self.ways = [np.array(way, dtype=float) for _, way in HINGES]
+
+    def figure(self, a):
+        """Of each rod: its hinge's place and axis, its rotation; and where the last one ends."""
+        place, turned, rods = np.zeros(3), np.eye(3), []
+        for axis, way, angle in zip(self.axes, self.ways, a, strict=True):
+            skew = np.cross(np.eye(3), axis)
+            spun = np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
+            rods.append((place, turned @ axis, turned @ spun))
+            turned = turned @ spun
+            place = place + turned @ way
+        return rods, place, turned
+
+    def closing(self, a):
+        """The derivative (5, 5) of what closes the loop by the angles."""
+        rods, end, turned = self.figure(a)
+        columns = [np.concatenate([np.cross(u, end - at), np.cross(u, turned[:, 0])[1:]]) for at, u, _ in rods]
+        return np.array(columns).T
+
+    def direction(self, a):
+        """The change of the angles, of length 1, that keeps the loop closed."""
+        return np.linalg.svd(self.closing(a))[2][-1]
+
+    def inertia_and_height(self, a):
+        n, (rods, _, _) = self.direction(a), self.figure(a)
+        inertia = height = 0.0
+        for k, (place, _, turned) in enumerate(rods):
+            middle = place + turned @ self.ways[k] / 2
+            speed = sum(n[i] * np.cross(u, middle - at) for i, (at, u, _) in enumerate(rods[: k + 1]))
+            omega = turned.T @ sum(n[i] * u for i, (_, u, _) in enumerate(rods[: k + 1]))
+            inertia += speed @ speed + omega @ (np.where(self.ways[k] != 0, 1 / 600, 1.01 / 12) * omega)
+            height += middle[1]
+        return inertia, height
+
+
+@pytest.mark.slow
+def test_bricards_mechanism_has_one_equation_too_many_all_the_way(made):
+    """Of one degree of freedom, so that the energy by hand says all: how fast it goes wherever it is."""
+    by_hand, model = BricardByHand(), made(bricard())
+    times = np.linspace(0, 10, 401)
+    start = qddot.assemble(model, np.zeros(10))
+    found = qddot.simulate(model, (0, 10), initial=start, output_times=times, method="ode45", rtol=1e-9, atol=1e-10)
+    a, v = (np.array([found[f"{name}_{k}"] for k in range(1, 6)]).T for name in ("a", "adot"))
+    assert np.ptp(a, axis=0).max() > 1.0
+    for angles, rates in zip(a[::10], v[::10], strict=True):
+        sizes, way = np.linalg.svd(by_hand.closing(angles))[1:]
+        assert sizes[-1] < 1e-8 < 1e-3 * sizes[-2]
+        speed = abs(way[-1] @ rates)
+        np.testing.assert_allclose(speed, np.linalg.norm(rates), atol=1e-10)  # it moves the one way that it can
+        inertia, height = by_hand.inertia_and_height(angles)
+        np.testing.assert_allclose(
+            0.5 * inertia * speed**2 + g * height, g * by_hand.inertia_and_height(a[0])[1], atol=1e-5
+        )
+    assert np.ptp(energy(model, found)) < 1e-5
+    assert off(model, found).max() < 1e-10
 
 
 def governor_by_sympy():
