@@ -29,17 +29,20 @@ VALUES = {
     "controller": "pi",
     "max_order": 3,
     "bdf": True,
+    "switching": "locate",
 }
 #: What the methods are documented to take, beside what all of them do.
 ALL = {"output_times", "progress", "time_limit", "divergence_limit", "events"}
 STEPS = {"step", "every"}
 CONTROL = {"rtol", "atol", "max_step", "first_step", "max_steps", "refine"}
+ADAPTIVE = ("ode23", "ode45", "tsit5", "dop853", "vern7", "rodas5p")
 TAKEN = {
-    **{name: ALL | STEPS for name in ("euler", "heun", "midpoint", "rk4", "exact")},
-    **{name: ALL | CONTROL | {"controller"} for name in ("ode23", "ode45", "tsit5", "dop853", "vern7", "rodas5p")},
-    **{name: ALL | CONTROL for name in ("taylor", "auto")},
-    "ode15s": ALL | CONTROL | {"max_order", "bdf"},
-    **dict.fromkeys(("taylor", "auto"), ALL | CONTROL),
+    **{name: ALL | STEPS | {"switching"} for name in ("euler", "heun", "midpoint", "rk4")},
+    "exact": ALL | STEPS,
+    **{name: ALL | CONTROL | {"controller", "switching"} for name in ADAPTIVE},
+    "ode15s": ALL | CONTROL | {"max_order", "bdf", "switching"},
+    "taylor": ALL | CONTROL,
+    "auto": ALL | CONTROL | {"switching"},
 }
 
 STUDY = """\

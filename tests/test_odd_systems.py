@@ -90,7 +90,9 @@ def points(case):
         p = rng.uniform(0.5, 2, len(expanded(module.PARAMETER)))
         constants = np.empty(len(p) + len(expanded(module.CONSTANT)))
         module.constants.py_func(p, constants)
-        x, u = rng.uniform(-1, 1, len(expanded(module.STATE))), rng.uniform(-1, 1, len(expanded(module.INPUT)))
+        x, channels = rng.uniform(-1, 1, len(expanded(module.STATE))), expanded(module.INPUT)
+        u = rng.uniform(-1, 1, len(channels))
+        u[[row[0].startswith("mode_") for row in channels]] = 0.0  # conditions are free
         found.append((rng.uniform(0, 3), x, u, p, constants))
     return found
 

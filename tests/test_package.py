@@ -148,7 +148,7 @@ def test_the_paper_and_its_report_find_their_studies_where_only_the_wheel_is(ins
     (installed[1] / "claims.json").write_text('{"parameter_set": null, "claims": []}')
     done = run(installed, "-m", "qddot", "report", "--claims", "claims.json", "--no-pdf")
     assert done.returncode == 0, done.stderr
-    assert "The vehicle over the road" in (installed[1] / "results" / "paper" / "report.html").read_text()
+    assert "The ride" in (installed[1] / "results" / "paper" / "report.html").read_text()
 
 
 def test_generating_writes_where_the_user_stands_and_never_into_the_package(installed):

@@ -65,6 +65,11 @@ def by_hand(state, u):
 POINTS = [(point[:4], point[4:]) for point in np.random.default_rng(4).uniform(-1.5, 1.5, (50, 6))]
 
 
+def channels(u):
+    """The inputs of the kernels: the foot, its rate, and the modes of the conditions, which are free."""
+    return np.concatenate([u, [0.0, 0.0]])
+
+
 @pytest.fixture(scope="module")
 def constants(kernels):
     c = np.empty(len(VALUES) + len(kernels.CONSTANT))
@@ -78,9 +83,9 @@ def test_the_right_hand_side_is_that_on_paper(kernels, constants):
     assert not kernels.LINEAR
     for state, u in POINTS:
         dx, force, expected = np.empty(4), np.empty(1), by_hand(state, u)
-        kernels.rhs.py_func(0.0, state, u, constants, dx)
+        kernels.rhs.py_func(0.0, state, channels(u), constants, dx)
         assert np.abs(dx - expected).max() <= 1e-13 * np.abs(expected).max()
-        kernels.outputs.py_func(0.0, state, u, constants, force)
+        kernels.outputs.py_func(0.0, state, channels(u), constants, force)
         assert force[0] == pytest.approx(expected[2] * state[2] + expected[1], rel=1e-12, abs=1e-12)
 
 
@@ -89,7 +94,7 @@ def test_derivatives_are_those_of_the_equations_on_paper(kernels, constants, nam
     places = [(row, column) for row, columns in enumerate(getattr(kernels, name.upper())) for column in columns]
     for point in POINTS:
         values, found = np.empty(len(places)), np.zeros((4, len(point[by])))
-        getattr(kernels, name).py_func(0.0, *point, constants, values)
+        getattr(kernels, name).py_func(0.0, point[0], channels(point[1]), constants, values)
         found[tuple(np.array(places).T)] = values
         expected = np.empty_like(found)
         for column in range(len(point[by])):
@@ -103,7 +108,7 @@ def test_derivatives_are_those_of_the_equations_on_paper(kernels, constants, nam
 def test_power_put_in_balances_the_change_of_energy(kernels, constants):
     def energy(state, u):
         values = np.empty(4)
-        kernels.energy.py_func(0.0, state, u, constants, values)
+        kernels.energy.py_func(0.0, state, channels(u), constants, values)
         return values
 
     for state, u in POINTS:

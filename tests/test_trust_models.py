@@ -159,7 +159,7 @@ REFUSED = {
     "a comparison": (k * x > 0, "potential energy is a StrictGreaterThan, expected a SymPy expression"),
     "a truth value": (True, "potential energy is a bool, expected a SymPy expression"),
     "nothing": (None, "potential energy is a NoneType, expected a SymPy expression"),
-    "a list": ([k * x], "potential energy is a list, expected a SymPy expression"),
+    "a set": ({k * x}, "potential energy is a FiniteSet, expected a SymPy expression"),
     "a complex number": (1j, "1.0*I: it is complex"),
     "a real part": (Abs(exp(x)), "re(x): re has no compiled form; all symbols are real here; declare them so"),
     "rounding": (k * floor(x), "floor(x): floor has no compiled form; it jumps; write its pieces as a Piecewise"),

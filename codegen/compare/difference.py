@@ -18,6 +18,7 @@ from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.identities import Polynomial, total
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.rewrite import replaced
 
 #: Whether two expressions are equal.
 _Same = Callable[[Any, Any], bool]
@@ -112,7 +113,8 @@ class _Judge:
         """The terms of M qddot + gyroscopic + dPi/dq + dPhi/dqdot for coordinate k, and those of -Q; of zdot = ..."""
         equations, rate = self._equations, self._rate(k)
         if rate is not None:
-            return [rate], [-term for term in terms(equations.definitions.expressions[rate]) if term != 0]
+            definition = self._as_written(equations.definitions.expressions[rate])
+            return [rate], [-term for term in terms(definition) if term != 0]
         inertia = [
             equations.mass[max(k, j), min(k, j)] * acceleration
             for j, acceleration in enumerate(equations.accelerations)
@@ -120,9 +122,15 @@ class _Judge:
         ]
         own = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
         others = (*own, *equations.constraints.pull(k))
-        found = [term for part in others for term in terms(legible(part, self._fixed))]
-        applied = [-term for term in terms(equations.applied[k])]
+        found = [term for part in others for term in terms(legible(self._as_written(part), self._fixed))]
+        applied = [-term for term in terms(self._as_written(equations.applied[k]))]
+        inertia = list(map(self._as_written, inertia))
         return [term for term in (*inertia, *found) if term != 0], [term for term in applied if term != 0]
+
+    def _as_written(self, expression: Any) -> Any:
+        """The expression with its conditions as the author wrote them, without their modes."""
+        written = self._equations.modes.written
+        return replaced(expression, written) if written else expression
 
     def _read(self, rate: Any) -> list[tuple[Reading, Mapping[Any, Any]]]:
         """From the reading nearest to the author's, quantities of his kept, to all written out but this rate."""
@@ -135,7 +143,7 @@ class _Judge:
         definitions: dict[Any, Any] = {}
         for symbol, expression in self._equations.definitions.expressions.items():
             if symbol not in kept:
-                definitions[symbol] = _replaced(expression, definitions)
+                definitions[symbol] = _replaced(self._as_written(expression), definitions)
         meanings = {str(s): e for s, e in definitions.items()} | {"pi": se.pi}
         own = {name: se.Symbol(f"{name} of the file") for name in self._sheet.own if se.Symbol(name) in self._names()}
         reading = Reading({**meanings, **own})

@@ -180,6 +180,17 @@ def release(space, sides):
 
 
 @compiled(**LEAN)
+def may_release(sides, t):
+    """Whether to let all conditions be free at t, where a branch has no values: not where that was done just before.
+
+    There it is no branch that has none, but the model itself, as beyond the points of a table that refuses it.
+    """
+    again = sides.released > sides.start and t - sides.released < _NO_TIME * (t - sides.start)
+    sides.released = t
+    return not again
+
+
+@compiled(**LEAN)
 def take_sides(space, sides, t, where):
     """Put the conditions on their sides where a step starts, the inputs being set: those that turned, or all anew."""
     turning, flags = integers(sides.turning, sides.count), integers(sides.flags, sides.count)

@@ -37,7 +37,7 @@ WATCH = layout(
     "values coefficients turns stack theta event found y acting n_acting acting_values "
     "turning looks turned changes free flags part pull slopes bound rest sliding "
     "rhs by_item jacobian_kernel functions slide watch_slide counted started",
-    "shortest since start",
+    "shortest since start released",
 )
 
 

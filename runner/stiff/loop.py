@@ -11,7 +11,7 @@ choose_next(s, v) sets the step to come.
 
 import numpy as np
 
-from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, SHORTER, keep_sides, release, take_sides
+from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, SHORTER, keep_sides, may_release, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import project, project_at_end, row_address, set_inputs
@@ -48,7 +48,7 @@ def take_steps(
         status = take_good_step(space, s, v)
         if status == RUNNING:
             status = check_step(s, v)
-        if status == NON_FINITE and sides.count > 0 and sides.free == 0:
+        if status == NON_FINITE and sides.count > 0 and sides.free == 0 and may_release(sides, s.t):
             release(space, sides)
             s.phase, status = START, RUNNING
             continue
