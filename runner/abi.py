@@ -39,7 +39,7 @@ u is the place of all that is given from outside while a step lasts: inputs; for
 alone its side, 1 where its switching function is positive, else 0, a signal that steps where `runner.switching` finds
 its roots; first rates; second rates; and last the modes of conditions in the state. What changes sign at such a
 condition stands in a kernel as s + mode > 0: free where the mode is 0, as it is unless somebody sets it, and held on a
-side where it is infinite, see `frame.held`. RHS_INPUTS counts no modes.
+side where it is infinite, see `frame.hold`. RHS_INPUTS counts no modes.
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
 """

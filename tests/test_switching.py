@@ -183,7 +183,11 @@ def test_a_branch_that_ends_at_its_switch_is_passed(folder, method):
                     Parameter(c, 0.1, "N s/m", "damping")], inputs=[],
     )  # fmt: skip
     model = qddot.load(qddot.generate(made, folder))
-    run = qddot.simulate(model, (0, 3), method=method, initial=[0.5, 0], rtol=1e-9, atol=1e-11)
+    run, before_zero = (
+        qddot.simulate(model, span, method=method, initial=[0.5, 0], rtol=1e-9, atol=1e-11)
+        for span in ((0, 3), (-3, 0))
+    )
+    np.testing.assert_allclose(before_zero.states[-1], run.states[-1], atol=1e-6)
     reference = solve_ivp(
         lambda t, y: [y[1], -10 * y[0] - 0.1 * y[1] + 1500 * max(-y[0], 0.0) ** 2.5], (0, 3), [0.5, 0.0],
         method="DOP853", rtol=1e-12, atol=1e-14,

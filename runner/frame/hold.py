@@ -185,7 +185,7 @@ def may_release(sides, t):
 
     There it is no branch that has none, but the model itself, as beyond the points of a table that refuses it.
     """
-    again = sides.released > sides.start and t - sides.released < _NO_TIME * (t - sides.start)
+    again = t - sides.released < _NO_TIME * (t - sides.start)
     sides.released = t
     return not again
 
@@ -197,7 +197,7 @@ def take_sides(space, sides, t, where):
     before, part = floats(sides.before, sides.count), floats(sides.part, sides.count)
     event_values(space, sides, t, where, sides.before)
     if sides.started == 0:
-        sides.start, sides.started = t, 1
+        sides.start, sides.started, sides.released = t, 1, -np.inf
     if sides.turned == 0:
         hold_all(space, sides, sides.before)
         for k in range(sides.count):

@@ -31,7 +31,8 @@ NONE = 2.0
 #: begins, address 0 of all else; turned: whether one does; looks: room; changes: of sides without progress; free:
 #: whether all are for a step. flags, part, pull, slopes, bound, rest as in `slide`; sliding: how many do; rhs, by_item,
 #: jacobian_kernel, functions: what the space, or this, has where none does; slide, watch_slide: where some do.
-#: counted: changes of sides since that time, of the run from its start, which has started.
+#: counted: changes of sides since that time, of the run from its start, which has started; released: when all
+#: conditions were free last because a branch had no values.
 WATCH = layout(
     "count outputs n_outputs kind place direction terminal left level degree whole points basis tail most before after "
     "values coefficients turns stack theta event found y acting n_acting acting_values "
