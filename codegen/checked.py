@@ -13,6 +13,8 @@ from pathlib import Path
 
 from qddot import origin
 
+#: Where what is known is kept, in the folder of the files.
+_OWN = ".qddot"
 #: Libraries that have a say in what is generated.
 _LIBRARIES = ("sympy", "symengine", "jinja2", "ruff")
 
@@ -23,12 +25,11 @@ def seal(names: tuple[str, ...], folder: Path, whole: bool) -> str | None:
     whole: orphans in the folder count, too. None where one of the names is not a shipped model's. Raises OSError where
     a file cannot be read.
     """
-    models = [origin.model_file(name) for name in names] if names else list(origin.shipped_files())
-    files = [file for file in models if file is not None]
-    if len(files) < len(models):
+    models = tuple(map(origin.model_file, names)) if names else origin.shipped_files()
+    if None in models:
         return None
     parts = [sys.version, str(whole), origin.generator(), *(f"{name} {version(name)}" for name in _LIBRARIES)]
-    parts += [f"{file.name} {known}" for model in files for file, known in origin.sources(model).items()]
+    parts += [f"{file.name} {known}" for model in models if model for file, known in origin.sources(model).items()]
     parts += _texts(folder)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
@@ -41,11 +42,12 @@ def is_known(names: tuple[str, ...], folder: Path, sealed: str) -> bool:
 
 def remember(names: tuple[str, ...], folder: Path, sealed: str) -> None:
     """Note that they are. Where it cannot be written, they are derived the next time, too."""
+    from qddot.codegen.generate import write_atomically  # noqa: PLC0415 - SymPy, which has derived them by now
+
     place = _place(names, folder)
     with suppress(OSError):
-        place.parent.mkdir(parents=True, exist_ok=True)
-        (place.parent.parent / ".gitignore").write_text("*\n", "utf-8")
-        place.write_text(sealed, "utf-8")
+        write_atomically(place, sealed)
+        write_atomically(folder / _OWN / ".gitignore", "*\n")
 
 
 def _texts(folder: Path) -> Iterator[str]:
@@ -57,4 +59,4 @@ def _texts(folder: Path) -> Iterator[str]:
 
 
 def _place(names: tuple[str, ...], folder: Path) -> Path:
-    return folder / ".qddot" / "checked" / ("+".join(sorted({*names})) or "all")
+    return folder / _OWN / "checked" / ("+".join(sorted({*names})) or "all")

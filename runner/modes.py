@@ -15,7 +15,7 @@ from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.load import Model, Parameters, as_model
 from qddot.runner.manifold import Manifold
-from qddot.runner.scene.filmed_modes import FilmedModes
+from qddot.runner.scene.filmed_modes import FALLS, FilmedModes
 from qddot.runner.sparse import LARGE, slowest, sparse_matrix
 from qddot.runner.switching import sides
 
@@ -180,7 +180,7 @@ def _not_finite(model: Model, J: Any) -> str:
 def _motion(number: int, mode: Mode) -> tuple[str, float, bool]:
     """Name, period in s and whether it swings, as `FilmedModes` takes them."""
     rate = abs(mode.eigenvalue.real) or 1.0
-    period = mode.damped_period if mode.oscillating else 4.0 / rate
+    period = mode.damped_period if mode.oscillating else FALLS / rate
     called = f"{mode.damped_period:.3g} s" if mode.oscillating else f"no swing, {1 / rate:.3g} s"
     return f"{number + 1}: {called}, {taking_part(mode)}", period, mode.oscillating
 

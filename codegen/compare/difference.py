@@ -116,15 +116,14 @@ class _Judge:
             definition = self._as_written(equations.definitions.expressions[rate])
             return [rate], [-term for term in terms(definition) if term != 0]
         inertia = [
-            equations.mass[max(k, j), min(k, j)] * acceleration
+            self._as_written(equations.mass[max(k, j), min(k, j)]) * acceleration
             for j, acceleration in enumerate(equations.accelerations)
             if (max(k, j), min(k, j)) in equations.mass
         ]
         own = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
         others = (*own, *equations.constraints.pull(k))
-        found = [term for part in others for term in terms(legible(self._as_written(part), self._fixed))]
+        found = [term for part in map(self._as_written, others) for term in terms(legible(part, self._fixed))]
         applied = [-term for term in terms(self._as_written(equations.applied[k]))]
-        inertia = list(map(self._as_written, inertia))
         return [term for term in (*inertia, *found) if term != 0], [term for term in applied if term != 0]
 
     def _as_written(self, expression: Any) -> Any:

@@ -15,7 +15,7 @@ from qddot.runner.batch.mending import mended
 from qddot.runner.batch.stopping import Wish, stoppable
 from qddot.runner.batch.store import OWN, Store, StoreError, free
 from qddot.runner.batch.threads import on_threads
-from qddot.runner.files import folder_ready
+from qddot.runner.files import folder_ready, store_of
 from qddot.runner.workers import cores
 
 #: The most worker processes that are started on this machine, for each core, and in any case.
@@ -39,7 +39,7 @@ def run_batch(
     """
     check_workers(workers, scheduler)
     job = read_job(Path(study), changes)
-    path = Path(out) if out is not None else Path("results") / f"{Path(study).stem}.zarr"
+    path = Path(out) if out is not None else store_of(Path(study))
     for _ in computed(job, opened(job, path), workers, scheduler):
         pass
     return path

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.pictures.picture import Curve, Panel
-from qddot.runner.pictures.scales import KINDS, legible, named, scaled
+from qddot.runner.pictures.scales import KINDS, greatest, legible, named, scaled
 
 Vector = NDArray[np.float64]
 
@@ -106,8 +106,7 @@ def _alike(lines: Sequence[Line]) -> bool:
 
 
 def _largest(moved: Sequence[tuple[Vector, tuple[Vector, Vector] | None]]) -> float:
-    arrays = [each for values, band in moved for each in (values, *(band or ()))]
-    return max((float(np.abs(known).max()) for each in arrays if (known := each[np.isfinite(each)]).size), default=0.0)
+    return greatest(each for values, band in moved for each in (values, *(band or ())))
 
 
 def _spacing(values: Sequence[Vector], spread: bool) -> float:

@@ -2,6 +2,10 @@
 
 import math
 import re
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
 
 _RAISED = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
 _POWER = re.compile(r"(?:\^|\*\*)\(?(-?[0-9.]+)\)?")
@@ -49,6 +53,11 @@ def scaled(unit: str, largest: float) -> tuple[float, str]:
     if largest >= 1000 or largest < _SMALL.get(unit.strip(), _SMALL_ELSEWHERE):
         power = min(highest, max(lowest, 3 * math.floor(math.log10(largest) / 3 + 1e-12)))
     return 10.0**-power, _PREFIXES[power] + legible(unit)
+
+
+def greatest(arrays: Iterable[NDArray[np.float64]]) -> float:
+    """The largest magnitude of a finite number in some arrays, 0 where there is none."""
+    return max((float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in arrays), default=0.0)
 
 
 def named(name: str, unit: str) -> str:

@@ -13,7 +13,7 @@ from qddot.runner.batch.results import Results
 from qddot.runner.checks import unknown
 from qddot.runner.pictures.figures import panels, save, wrapped
 from qddot.runner.pictures.picture import COLOURS
-from qddot.runner.pictures.scales import legible, named, scaled
+from qddot.runner.pictures.scales import greatest, legible, named, scaled
 from qddot.runner.report.batch_axes import grid, gridded, longest, numeric
 from qddot.words import counted
 
@@ -74,7 +74,7 @@ def _lines(results: Results, metrics: Sequence[str], axis: str) -> Figure:
     x, order = _positions(results, axis)
     for panel, names in zip(axes, units.values(), strict=True):
         colours = iter(COLOURS * 20)
-        factor, unit = scaled(results.unit(names[0]), _largest([results.column(name) for name in names]))
+        factor, unit = scaled(results.unit(names[0]), greatest([results.column(name) for name in names]))
         for name in names:
             _series(results, panel, name, axis, (x, factor * results.column(name)), colours)
         panel.set_ylabel(named(names[0], unit) if len(names) == 1 else unit or "1")
@@ -93,10 +93,6 @@ def _positions(results: Results, axis: str) -> tuple[Vector, list[str] | None]:
         return values.astype(np.float64), None
     order = list(dict.fromkeys(map(str, values)))
     return np.array([order.index(str(value)) for value in values], dtype=np.float64), order
-
-
-def _largest(columns: Sequence[Vector]) -> float:
-    return max(float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in columns)
 
 
 def _series(results: Results, panel: Any, name: str, axis: str, values: tuple[Vector, Vector], colours: Any) -> None:
@@ -163,7 +159,7 @@ def _maps(results: Results, metrics: Sequence[str], axes: Sequence[str]) -> Figu
         panel.remove()
     x, y = (_positions(results, axis)[0] for axis in axes)
     for panel, name in zip(maps, metrics, strict=False):
-        factor, unit = scaled(results.unit(name), _largest([results.column(name)]))
+        factor, unit = scaled(results.unit(name), greatest([results.column(name)]))
         drawn = _map(panel, x, y, factor * results.column(name))
         figure.colorbar(drawn, ax=panel, label=named(name, unit))
         best = _best(results, name)

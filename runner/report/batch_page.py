@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.batch.results import Results
 from qddot.runner.pictures.arrange import batch_picture
-from qddot.runner.pictures.scales import legible, named, scaled
+from qddot.runner.pictures.scales import greatest, legible, named, scaled
 from qddot.runner.report.batch_axes import gridded, longest, numeric
 from qddot.runner.report.batch_tables import counts, valueless
 from qddot.runner.report.interactive import along, numbers, section
@@ -101,9 +101,8 @@ def _column(results: Results, name: str, shown: NDArray[np.int64]) -> dict[str, 
         words = list(dict.fromkeys(map(str, values)))
         return {**column, "words": words, "values": [words.index(str(value)) for value in values]}
     values = values.astype(np.float64)
-    known = np.abs(values[np.isfinite(values)])
     given = results.unit(name)
-    factor, unit = (1.0, legible(given)) if kind == "axis" else scaled(given, float(known.max(initial=0.0)))
+    factor, unit = (1.0, legible(given)) if kind == "axis" else scaled(given, greatest([values]))
     log = kind == "axis" and results.data[name].attrs["scale"] == "log"
     return {**column, "label": named(name, unit), "unit": unit, "log": log, "values": numbers(factor * values)}
 
@@ -145,7 +144,7 @@ def _kept(results: Results, shown: NDArray[np.int64]) -> dict[str, Any]:
     found = []
     for name in results.kept:
         values = results.data[name].to_numpy()[shown[places]][:, at]
-        factor, unit = scaled(results.unit(name), float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+        factor, unit = scaled(results.unit(name), greatest([values]))
         found.append({"name": name, "label": named(name, unit), "rows": [numbers(factor * row, 5) for row in values]})
     return {"places": places.tolist(), "time": along(time[at]), "quantities": found}
 

@@ -18,7 +18,7 @@ Numbers = NDArray[np.float64]
 #: Frames of a period. How far a mode moves the places of its scene, in parts of its size; where that is measured.
 _PERIOD, _MOVES, _SMALL = 60, 0.08, 1e-4
 #: How often a mode that does not swing has fallen to 1/e at the end of its clip.
-_FALLS = 4.0
+FALLS = 4.0
 #: An entry of an eigenvector that is none beside the largest.
 _NOTHING = 1e-9
 
@@ -55,7 +55,7 @@ class FilmedModes:
         from qddot.runner.scene.frames import frames  # noqa: PLC0415 - most modes are not drawn
 
         t = np.linspace(0.0, period, _PERIOD + 1)
-        turns = np.exp(2j * np.pi * t / period) if swings else np.exp(-_FALLS * t / period) + 0j
+        turns = np.exp(2j * np.pi * t / period) if swings else np.exp(-FALLS * t / period) + 0j
         motion = np.real(turns[:, None] * shape)
         states = self.state + self._amplitude(motion) * motion
         return frames(self.model, self.constants, t, states, np.tile(self.inputs, (len(t), 1)))
