@@ -101,9 +101,11 @@ class Definitions:
         shell = replaced(expression, names)
         parts = [settled(shell.diff(symbol))]
         for call, name in names.items():
-            table, order = looked_up(call)
-            if order < self._degrees[table]:
-                parts.append(settled(shell.diff(name)) * slope(call) * self._derivative(call.args[0], symbol))
+            table, orders = looked_up(call)
+            outer = settled(shell.diff(name))
+            for k, (order, argument) in enumerate(zip(orders, call.args, strict=True)):
+                if order < self._degrees[table] and symbol in argument.free_symbols:
+                    parts.append(outer * slope(call, k) * self._derivative(argument, symbol))
         return replaced(se.Add(*parts), {name: call for call, name in names.items()})
 
     def _slope(self, symbol: Any, variable: Any) -> Any:

@@ -1,16 +1,17 @@
 """SymPy expressions of a model as SymEngine expressions that can be differentiated and printed."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import symengine as se
 from sympy import Basic, Float, Function, Integer, Symbol
 
 from qddot.model.kinks import cases
-from qddot.model.table import ORDERS, Value
+from qddot.model.table import Value, ending
 from qddot.model.vocabulary import SMOOTH
 
-#: What a derivative of a table has behind its name, in expressions.
-_PRIME = "'"
+#: What a derivative of a table has behind its name, in expressions: one by the first argument, one by the second.
+_PRIMES = ("'", '"')
 #: Functions by their names in SymEngine, and in `math`.
 MATH_NAMES = {each.__name__: each.__name__ for each in SMOOTH}
 
@@ -18,7 +19,8 @@ MATH_NAMES = {each.__name__: each.__name__ for each in SMOOTH}
 def convert(expression: Any) -> Any:
     """Give the SymEngine form of a checked expression; jumps and kinks become piecewise, which has a derivative.
 
-    The n-th derivative of a table is a function of its name with n primes: `calculus` differentiates it.
+    The n-th derivative of a table is a function of its name with n primes, of two kinds where it has two arguments:
+    `calculus` differentiates it.
     """
     written = cases(expression)
     if isinstance(written, Basic) and written.has(Value):
@@ -28,25 +30,32 @@ def convert(expression: Any) -> Any:
 
 
 def _primed(value: Value) -> Any:
-    return Function(f"{value.table.name}{value.order * _PRIME}")(*value.args)
+    return Function(primed(value.table.name, value.orders))(*value.args)
 
 
-def looked_up(value: Any) -> tuple[str, int]:
-    """The name of the table of which it is a value, or the derivative of this order."""
-    primed = value.get_name()
-    name = primed.rstrip(_PRIME)
-    return name, len(primed) - len(name)
+def primed(table: str, orders: Sequence[int]) -> str:
+    """The name that a derivative of a table has in expressions; orders: by each of its arguments."""
+    return table + "".join(order * prime for order, prime in zip(orders, _PRIMES, strict=False))
 
 
-def slope(value: Any) -> Any:
-    """The derivative of a table's value by its argument."""
-    return se.Function(value.get_name() + _PRIME)(*value.args)
+def looked_up(value: Any) -> tuple[str, tuple[int, ...]]:
+    """The name of the table of which it is a value, or the derivative of these orders by its arguments."""
+    name = value.get_name()
+    orders = tuple(name.count(prime) for prime in _PRIMES[: len(value.args)])
+    return name.rstrip("".join(_PRIMES)), orders
+
+
+def slope(value: Any, argument: int) -> Any:
+    """The derivative of a table's value by an argument, counted from 0."""
+    name, orders = looked_up(value)
+    higher = [order + (k == argument) for k, order in enumerate(orders)]
+    return se.Function(primed(name, higher))(*value.args)
 
 
 def function_name(value: Any) -> str:
     """The name that the function of a table's value has in a generated module."""
-    name, order = looked_up(value)
-    return f"{name}{ORDERS[order]}"
+    name, orders = looked_up(value)
+    return f"{name}{ending(orders)}"
 
 
 def symbol(name: Symbol | str) -> Any:

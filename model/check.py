@@ -9,6 +9,7 @@ from sympy import Expr, Symbol, sympify
 
 from qddot.model.constraints import problems_of_constraints, reaction_symbol, reactions
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
+from qddot.model.dimensions import arguments_of_tables
 from qddot.model.events import Event, problems_of_events, problems_of_impacts
 from qddot.model.jumps import jumps
 from qddot.model.naming import LONGEST, name_problem, t
@@ -31,7 +32,15 @@ def problems(system: "System") -> list[str]:
         (_names, _texts, _numbers, problems_of_events),
         (_expressions, order, _vocabulary),
         (loops,),
-        (unused, fixed_positions, still_energies, problems_of_constraints, problems_of_impacts, units_of_scene),
+        (
+            unused,
+            fixed_positions,
+            still_energies,
+            problems_of_constraints,
+            problems_of_impacts,
+            units_of_scene,
+            _tables,
+        ),
         (reactions, massless),
         (jumps,),
     )
@@ -91,7 +100,7 @@ def _texts(system: "System") -> Iterator[str]:
     if not isinstance(system.title, str) or not system.title.strip():
         yield "has no title"
     for table in tables(system):
-        for unit in (table.unit, table.argument):
+        for unit in (table.unit, *table.units):
             if unit is not None and (wrong := problem(unit) if isinstance(unit, str) else "it is no text"):
                 yield f"table {table.name} has the unit {unit!r}: {wrong}"
     for item in items(system):
@@ -128,7 +137,7 @@ def _expressions(system: "System") -> Iterator[str]:
             names = {coordinate.name for coordinate in coordinates}
             yield f"a generalized force is given for {symbol}, which is no coordinate{nearest(str(symbol), names)}"
     solved = {symbol: role for role, symbol in declared(system) if role in ("acceleration", "multiplier")}
-    results = {symbol for role, symbol in declared(system) if role == "output"}
+    results = {symbol for role, symbol in declared(system) if role in ("output", "table")}
     known = {t} | {symbol for _, symbol in declared(system)} - results
     for place, expression in expressions(system):
         yield from _unknown_symbols(place, expression, known)
@@ -147,6 +156,10 @@ def _unknown_symbols(place: str, expression: Any, known: set[Symbol]) -> Iterato
     names = {symbol.name for symbol in known}
     for symbol in sorted(symbols(expression) - known, key=str):
         yield f"{place} uses {symbol}, which is not declared{nearest(str(symbol), names)}"
+
+
+def _tables(system: "System") -> Iterator[str]:
+    yield from arguments_of_tables(system, (*expressions(system), *outputs(system)))
 
 
 def _vocabulary(system: "System") -> Iterator[str]:

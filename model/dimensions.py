@@ -1,12 +1,13 @@
 """The dimension of an expression, where the units of its symbols leave no doubt about it; angles count as numbers."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from sympy import Add, Expr, Mul, Number, Pow, Rational, Symbol
+from sympy import Abs, Add, Expr, Max, Min, Mul, Number, Piecewise, Pow, Rational, Symbol, sympify
 
 from qddot.model.naming import t
+from qddot.model.table import Value
 from qddot.units.worth import ANGLES, unit_of
 
 #: Base unit -> power, none of them 0.
@@ -45,12 +46,15 @@ def _tells(expression: Expr) -> bool:
     return all(isinstance(number, Rational) and number.q <= 2 for number in factors)
 
 
-def _dimension(node: Any, units: Mapping[Symbol, str]) -> Dimension | None:
+def _dimension(node: Any, units: Mapping[Symbol, str]) -> Dimension | None:  # noqa: PLR0911 - one for each kind
     if isinstance(node, Symbol):
         return dimension_of_unit(units[node]) if node in units else None
-    if isinstance(node, Add):
-        found = [_dimension(part, units) for part in node.args if not isinstance(part, Number)]
-        return found[0] if found and all(each == found[0] for each in found) else None
+    if isinstance(node, Add | Max | Min | Abs):
+        return _common(node.args, units)
+    if isinstance(node, Piecewise):
+        return _common([branch.expr for branch in node.args], units)
+    if isinstance(node, Value):
+        return _of_table(node)
     if isinstance(node, Mul):
         return product((_dimension(part, units), Fraction(1)) for part in node.args if not isinstance(part, Number))
     if isinstance(node, Pow):
@@ -59,6 +63,31 @@ def _dimension(node: Any, units: Mapping[Symbol, str]) -> Dimension | None:
             return None
         return product([(_dimension(node.args[0], units), Fraction(int(exponent.p), int(exponent.q)))])
     return {}
+
+
+def _common(parts: Iterable[Any], units: Mapping[Symbol, str]) -> Dimension | None:
+    """The dimension that all of these have, numbers apart."""
+    found = [_dimension(part, units) for part in parts if not isinstance(part, Number)]
+    return found[0] if found and all(each == found[0] for each in found) else None
+
+
+def _of_table(value: Value) -> Dimension | None:
+    """The unit of a table, divided by those of the arguments that it is differentiated by."""
+    below = [(unit, order) for unit, order in zip(value.table.units * 2, value.orders, strict=False) if order]
+    divided = ((dimension_of_unit(unit) if unit is not None else None, Fraction(-order)) for unit, order in below)
+    return product(((dimension_of_unit(value.table.unit), Fraction(1)), *divided))
+
+
+def arguments_of_tables(system: Any, places: Iterable[tuple[str, Any]]) -> Iterator[str]:
+    """Arguments of tables in another unit than the table's: told only where the dimension is certain."""
+    units = units_of(system)
+    for place, expression in places:
+        for value in sorted(sympify(expression).atoms(Value), key=str):
+            for argument, unit in zip(value.args, value.table.units * 2, strict=False):
+                own = dimension(argument, units) if unit is not None and argument.free_symbols else None
+                if own is not None and own != dimension_of_unit(unit):
+                    table = value.table.name
+                    yield f"{place} gives the table {table} {argument}, which is in {said(own)}, expected {unit}"
 
 
 def product(powers: Iterable[tuple[Dimension | None, Fraction]]) -> Dimension | None:

@@ -8,7 +8,6 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import mpmath
@@ -191,7 +190,7 @@ def _energy_function(
     """T as a Python function; the quantities it uses go in as assignments, in order, instead of being substituted."""
     assignments = list(quantities.items())
     held = (value.func for each in (kinetic_energy, *quantities.values()) for value in each.atoms(Value))
-    tables = {function.__name__: partial(function.table.pieces.at, order=function.order) for function in held}
+    tables = {function.__name__: function.at for function in held}
     values = lambdify(arguments, [kinetic_energy], modules=[tables, modules], cse=lambda terms: (assignments, terms))
     return lambda *point: values(*point)[0]
 

@@ -81,7 +81,7 @@ def _jump(system: "System", energy: Expr, difference: Expr, variables: Sequence[
 def _function(expression: Expr, symbols: Sequence[Symbol]) -> Callable[..., float]:
     """An expression as a function that gives no number where it has no value."""
     held = {value.func for value in expression.atoms(Value)}
-    tables = {each.__name__: partial(each.table.pieces.at, order=each.order) for each in held}
+    tables = {each.__name__: each.at for each in held}
     plain = lambdify(symbols, expression, modules=[tables, "math"])
 
     def guarded(*values: float) -> float:

@@ -1,49 +1,63 @@
-"""A quantity that is known by points alone: `area = Table(...)`, used as `area(s)` in any expression of a model."""
+"""A quantity that is known by points alone: `area = Table(...)`, used as `area(s)` in any expression of a model, or
+`torque(omega, throttle)` of two arguments."""
 
-import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from numbers import Real
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from sympy import Expr, Function, Integer
 
 from qddot.model.interpolation import DEGREES, OUTSIDE, Pieces, interpolated
-from qddot.units.columns import read_columns
+from qddot.model.patches import Patches, patched
+from qddot.model.points import read_points, wrong_grid, wrong_points
 
-#: What the derivatives of a table are called behind its name, by order.
-ORDERS = ("", "_slope", "_curvature", "_third_derivative")
-#: What its data are called behind its name.
-DATA = "_pieces"
+#: What the derivatives of a table of one argument are called behind its name, by order.
+_ENDINGS = ("", "_slope", "_curvature", "_third_derivative")
+#: What its data are called behind its name; of two arguments what the lines are between its cells, too.
+DATA, LINES = "_pieces", ("_x", "_y")
 _OUTSIDE = {"hold": "its ends held outside", "extend": "its ends extended", "refuse": "no number outside"}
-#: The most points: all of them stand in the generated module.
-MOST_POINTS = 4000
 
 
 class Value(Function):
-    """The value of a table, or a derivative of it, at an argument; each table has classes of its own."""
+    """The value of a table, or a derivative of it; each table has classes of its own. orders: by each argument."""
 
     table: "Table"
-    order: int
+    orders: tuple[int, ...]
 
     def fdiff(self, argindex: int = 1) -> Expr:
-        """The derivative by the argument; zero beyond the degree of the table's polynomials."""
-        if self.order == self.table.pieces.degree:
-            return Integer(0)
-        return self.table.function(self.order + 1)(self.args[0])
+        """The derivative by an argument, counted from 1; zero beyond the degree of the table's polynomials."""
+        higher = tuple(order + (k == argindex) for k, order in enumerate(self.orders, 1))
+        return self.table.function(higher)(*self.args) if max(higher) <= self.table.pieces.degree else Integer(0)
+
+    @classmethod
+    def at(cls, *arguments: Any) -> Any:
+        """Its number at arguments of any kind that Python's signs know."""
+        return cls.table.pieces.at(*arguments, *cls.orders)
+
+
+def ending(orders: Sequence[int]) -> str:
+    """What a derivative of a table, of these orders by its arguments, is called behind the table's name."""
+    if len(orders) == 1:
+        return _ENDINGS[orders[0]]
+    return f"_by_{'x' * orders[0]}{'y' * orders[1]}" if any(orders) else ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A function of one argument through points that rise in x; call it with an expression.
+    """A function through points; call it with an expression, or with two.
 
-    x, y: the points; or file, a CSV file whose first two columns they are, beside the file of the program that makes
-    the table. Its headings may name units (`stroke [mm]`), from which values become `unit` and arguments become
-    `argument` (units of the SI where it is not given).
-    interpolation: "linear", "cubic" (a spline, not-a-knot) or "monotone" (no extremes but those of the points).
+    x, y: the points of one argument, x rising. Of two arguments with z: the lines of a grid, both rising, and the
+    values, z[i][k] at x[i] and y[k].
+    file: a CSV file in their place, beside the file of the program that makes the table: its first two columns are x
+    and y. Its headings may name units (`stroke [mm]`), from which values become `unit` and arguments become `argument`
+    (units of the SI where it is not given). Where `argument` is a pair, of the units of x and y, the first three
+    columns are x, y and z, a row for each crossing of the grid, in any order.
+    interpolation: "linear", "cubic" (a spline, not-a-knot) or, of one argument, "monotone" (no extremes but those of
+    the points). Of two arguments it is that in each of them, the other being fixed.
     outside: "hold" the end values, "extend" with the end slopes, or "refuse", so that a run ends there.
 
     Raises ValueError naming the table and what is wrong with it.
@@ -56,10 +70,13 @@ class Table:
     interpolation: str = "linear"
     outside: str = "hold"
     file: str | Path | None = None
-    argument: str | None = None
+    argument: str | Sequence[str] | None = None
     meaning: str = ""
+    z: Sequence[Sequence[float]] | None = None
 
     def __post_init__(self) -> None:
+        if self.argument is not None and not isinstance(self.argument, str):
+            object.__setattr__(self, "argument", tuple(self.argument))
         if self.file is not None:
             object.__setattr__(self, "file", _beside(Path(self.file), sys._getframe(2).f_globals.get("__file__")))
             self._read(Path(self.file))
@@ -68,53 +85,77 @@ class Table:
                 raise self._error(f"{name} is {getattr(self, name)!r}, expected {', '.join(known)}")
         for name in ("x", "y"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
-        if len(self.x) != len(self.y) or not 2 <= len(self.x) <= MOST_POINTS:
-            raise self._error(f"has {len(self.x)} x and {len(self.y)} y, expected as many of both, 2 to {MOST_POINTS}")
-        for name, values in (("x", self.x), ("y", self.y)):
-            for i, value in enumerate(values):
-                if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
-                    raise self._error(f"{name}[{i}] is {value!r}, expected a finite number")
-        for i in range(1, len(self.x)):
-            if self.x[i] <= self.x[i - 1]:
-                raise self._error(f"x[{i}] = {self.x[i]!r} is not greater than x[{i - 1}] = {self.x[i - 1]!r}")
+        if self.z is not None:
+            rows = (tuple(row) if isinstance(row, Iterable) else row for row in self.z)
+            object.__setattr__(self, "z", tuple(rows))
+        wrong = wrong_points(self.x, self.y, self.units) if self.z is None else wrong_grid(self)
+        if wrong is not None:
+            raise self._error(wrong)
 
-    def __call__(self, argument: Expr | float) -> Expr:
-        """The value of the table at an expression."""
-        return self.function(0)(argument)
+    def __call__(self, *arguments: Expr | float) -> Expr:
+        """The value of the table at an expression, or at one for x and one for y."""
+        value: Expr = self.function((0,) * self.count)(*arguments)
+        return value
+
+    @property
+    def count(self) -> int:
+        """How many arguments it has."""
+        return 1 if self.z is None else 2
+
+    @property
+    def arguments(self) -> tuple[tuple[float, float, str], ...]:
+        """Of each argument its first and last point, and its unit."""
+        units = tuple(unit or "" for unit in self.units) * self.count
+        lines = (self.x, self.y)[: self.count]
+        return tuple((float(line[0]), float(line[-1]), unit) for line, unit in zip(lines, units, strict=False))
+
+    @property
+    def units(self) -> tuple[str | None, ...]:
+        """The units that were given for arguments: one, or a pair."""
+        return (self.argument,) if isinstance(self.argument, str | None) else tuple(self.argument)
 
     @property
     def description(self) -> str:
         """What it is, in words."""
-        ends = f"{float(self.x[0])!r} to {float(self.x[-1])!r}{f' {self.argument}' if self.argument else ''}"
-        points = f"{len(self.x)} points from {ends}, {self.interpolation}, {_OUTSIDE[self.outside]}"
+        ends = " and ".join(f"{first!r} to {last!r}{f' {unit}' * bool(unit)}" for first, last, unit in self.arguments)
+        count = f"{len(self.x)}" if self.z is None else f"{len(self.x)} x {len(self.y)}"
+        points = f"{count} points from {ends}, {self.interpolation}, {_OUTSIDE[self.outside]}"
         return f"{self.meaning}, {points}" if self.meaning else points
 
     @property
     def names(self) -> tuple[str, ...]:
         """All names that it has in a generated module: of its values, its derivatives and its data."""
-        return tuple(f"{self.name}{ending}" for ending in (*ORDERS[: DEGREES[self.interpolation] + 1], DATA))
+        data = (DATA, *(f"{DATA}{line}" for line in LINES if self.z is not None))
+        return tuple(f"{self.name}{each}" for each in (*map(ending, self.all_orders), *data))
 
-    def function(self, order: int) -> Any:
-        """The SymPy function that stands for the derivative of this order."""
-        return _function(self, order)
+    @property
+    def all_orders(self) -> tuple[tuple[int, ...], ...]:
+        """The orders, by each argument, of itself and of all its derivatives that do not vanish."""
+        return tuple(product(range(DEGREES[self.interpolation] + 1), repeat=self.count))
+
+    def function(self, orders: tuple[int, ...]) -> Any:
+        """The SymPy function that stands for the derivative of these orders by its arguments."""
+        return _function(self, orders)
 
     @cached_property
-    def pieces(self) -> Pieces:
+    def pieces(self) -> Pieces | Patches:
         """The polynomials between the points, and those outside."""
         x, y = tuple(map(float, self.x)), tuple(map(float, self.y))
-        return interpolated(x, y, self.interpolation, self.outside)
+        if self.z is None:
+            return interpolated(x, y, self.interpolation, self.outside)
+        return patched(x, y, [tuple(map(float, row)) for row in self.z], self.interpolation, self.outside)
 
     def _read(self, path: Path) -> None:
-        if self.x or self.y:
+        if len(self.x) or len(self.y) or self.z is not None:
             raise self._error("has points and a file; give one of them")
         try:
-            columns = read_columns(path)
-            object.__setattr__(self, "x", columns.numbers(0, None, self.argument))
-            object.__setattr__(self, "y", columns.numbers(1, None, self.unit))
+            points = read_points(path, self.units, self.unit)
         except OSError as error:
             raise self._error(f"{path}: {error.strerror or error}") from None
         except ValueError as error:
             raise self._error(str(error)) from None
+        for name, value in zip("xyz", points, strict=False):
+            object.__setattr__(self, name, value)
 
     def _error(self, what: str) -> ValueError:
         return ValueError(f"table {self.name}: {what}")
@@ -124,9 +165,9 @@ _CLASS: Any = type(Value)
 
 
 @cache
-def _function(table: Table, order: int) -> Any:
-    contents = {"table": table, "order": order, "nargs": 1, "__module__": __name__}
-    return _CLASS(f"{table.name}{ORDERS[order]}", (Value,), contents)
+def _function(table: Table, orders: tuple[int, ...]) -> Any:
+    contents = {"table": table, "orders": orders, "nargs": table.count, "__module__": __name__}
+    return _CLASS(f"{table.name}{ending(orders)}", (Value,), contents)
 
 
 def _beside(path: Path, program: str | None) -> Path:

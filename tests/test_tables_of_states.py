@@ -313,4 +313,4 @@ def test_an_argument_too_many_is_refused_with_its_line(tmp_path):
     path = tmp_path / "model.py"
     path.write_text("")
     with pytest.raises(ModelError, match=r"takes .* 1 argument"), explained(path):
-        CURVE.function(0)(x, x)
+        CURVE(x, x)

@@ -1,6 +1,6 @@
 """Comparing each equation of a sheet with the one derived: equal, equal up to a factor, or what must change."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -19,6 +19,7 @@ from qddot.codegen.equations.order import Order
 from qddot.codegen.identities import Polynomial, total
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.rewrite import replaced
+from qddot.model.table import Table, ending
 
 #: Whether two expressions are equal.
 _Same = Callable[[Any, Any], bool]
@@ -53,9 +54,15 @@ class Comparison:
 def compare(sheet: Sheet, equations: Equations) -> tuple[Comparison, ...]:
     """Compare every equation of a sheet with the model's; CompareError for names that the model does not have."""
     coordinates = [str(q) for q in (*equations.coordinates, *equations.states)]
-    sheet.checked(_known(equations), coordinates)
+    tables = {f"{table.name}{ending(orders)}": (table.name, orders) for table, orders in _looked_up(equations)}
+    sheet = sheet.checked(_known(equations), coordinates, tables)
     judge = _Judge(sheet, equations)
     return tuple(judge.comparison(written, coordinates.index(written.coordinate)) for written in sheet.equations)
+
+
+def _looked_up(equations: Equations) -> Iterator[tuple[Table, tuple[int, ...]]]:
+    for table in equations.system.tables:
+        yield from ((table, orders) for orders in table.all_orders)
 
 
 def _known(equations: Equations) -> list[str]:

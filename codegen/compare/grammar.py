@@ -5,7 +5,8 @@
     power   = atom [ "**" power ]
     atom    = number | name | "(" sum ")" | function "(" sum { "," sum } ")"
 
-A name is a letter, then letters, digits and underscores; functions are those of `FUNCTIONS`; pi is the number.
+A name is a letter, then letters, digits and underscores; functions are those of `FUNCTIONS` and the model's tables with
+their derivatives, by the names that these have in the generated module; pi is the number.
 """
 
 import ast
@@ -116,12 +117,8 @@ class _Reader:
         return power
 
     def _call(self, name: str, tree: ast.Call) -> Call:
-        if name not in FUNCTIONS:
-            raise self._error(
-                tree, f"{name} is no function (there are {', '.join(sorted(FUNCTIONS))}); between factors write *"
-            )
-        if tree.keywords or len(tree.args) != FUNCTIONS[name]:
-            raise self._error(tree, f"{name} takes {FUNCTIONS[name]} argument{'s' if FUNCTIONS[name] > 1 else ''}")
+        if tree.keywords:
+            raise self._error(tree, f"{name} takes its arguments one behind the other, without names")
         return Call(name, tuple(self.node(argument) for argument in tree.args), self._at(tree))
 
     def _number(self, tree: ast.Constant) -> Number:

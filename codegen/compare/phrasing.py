@@ -3,7 +3,7 @@
 from fractions import Fraction
 from sys import float_info
 
-from qddot.codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol, addends
+from qddot.codegen.compare.tree import Addend, Call, Lookup, Node, Number, Power, Product, Sum, Symbol, addends
 from qddot.codegen.equations import phrases
 from qddot.codegen.equations.phrases import Formula, Term
 
@@ -55,6 +55,8 @@ def _factor(node: Node) -> phrases.Factor:  # noqa: PLR0911 - one for each kind 
             return phrases.Power(total(argument), Fraction(1, 2))
         case Call(function, arguments, _):
             return phrases.Call(_FUNCTIONS.get(function, function), tuple(total(each) for each in arguments))
+        case Lookup(table, orders, arguments, _):
+            return phrases.Lookup(table, orders, tuple(map(total, arguments)))
         case Sum() | Product():
             return total(node)
 

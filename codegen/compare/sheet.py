@@ -14,13 +14,16 @@ Expressions are those of `grammar`.
 """
 
 import re
-from collections.abc import Iterator, Sequence, Set
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from qddot.codegen.compare.grammar import FUNCTIONS, parse
-from qddot.codegen.compare.tree import CompareError, Node, symbols
+from qddot.codegen.compare.tree import Call, CompareError, Lookup, Node, exchanged, symbols
 from qddot.words import nearest
+
+#: The functions of tables: name -> table, orders of the derivative by its arguments.
+Tables = Mapping[str, tuple[str, tuple[int, ...]]]
 
 _NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _DIRECTIVE = re.compile(r"(model|symbols|let)\b(?!\s*:)")
@@ -62,8 +65,11 @@ class Sheet:
         line, column = self.place(at)
         return CompareError(f"{self.path}, line {line}, column {column}: {what}")
 
-    def checked(self, known: Sequence[str], coordinates: Sequence[str]) -> "Sheet":
-        """The sheet itself, its names found among those of the model; CompareError for one that is not."""
+    def checked(self, known: Sequence[str], coordinates: Sequence[str], tables: Tables) -> "Sheet":
+        """The sheet with calls of the model's tables taken for what they are; CompareError for an unknown name.
+
+        tables: name of a function -> the table and the orders of the derivative that it is.
+        """
         names = {*known, *self.own, "pi"}
         for at, wanted in ((equation.at, equation.coordinate) for equation in self.equations):
             if wanted not in coordinates:
@@ -74,7 +80,24 @@ class Sheet:
         for equation in self.equations:
             self._check_symbols(equation.left, names)
             self._check_symbols(equation.right, names)
-        return self
+
+        def settled(node: Node) -> Node:
+            return exchanged(node, lambda call: self._settled(call, tables))
+
+        meanings = {name: settled(meaning) for name, meaning in self.meanings.items()}
+        equations = (replace(each, left=settled(each.left), right=settled(each.right)) for each in self.equations)
+        return replace(self, meanings=meanings, equations=tuple(equations))
+
+    def _settled(self, call: Call, tables: Tables) -> Node:
+        """A call as it is, or as one of a table."""
+        table, orders = tables.get(call.function, ("", ()))
+        if call.function not in FUNCTIONS and not table:
+            there = ", ".join(sorted({*FUNCTIONS, *tables}))
+            raise self.error(call.at, f"{call.function} is no function (there are {there}); between factors write *")
+        count = len(orders) if table else FUNCTIONS[call.function]
+        if len(call.arguments) != count:
+            raise self.error(call.at, f"{call.function} takes {count} argument{'s' if count > 1 else ''}")
+        return Lookup(table, orders, call.arguments, call.at) if table else call
 
     def _check_symbols(self, node: Node, names: Set[str]) -> None:
         for symbol in symbols(node):

@@ -1,6 +1,6 @@
 """An expression as its author wrote it: every symbol and every addend knows its place in the file."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -69,7 +69,17 @@ class Call:
     at: int
 
 
-Node = Number | Symbol | Sum | Product | Power | Call
+@dataclass(frozen=True)
+class Lookup:
+    """The value of a table of the model, or its derivative of these orders by its arguments."""
+
+    table: str
+    orders: tuple[int, ...]
+    arguments: tuple["Node", ...]
+    at: int
+
+
+Node = Number | Symbol | Sum | Product | Power | Call | Lookup
 
 
 def addends(node: Node) -> tuple[Addend, ...]:
@@ -86,10 +96,29 @@ def parts(node: Node) -> tuple[Node, ...]:
             return (*above, *below)
         case Power(base, exponent, _):
             return (base, exponent)
-        case Call(_, arguments, _):
+        case Call(_, arguments, _) | Lookup(_, _, arguments, _):
             return arguments
         case _:
             return ()
+
+
+def exchanged(node: Node, change: Callable[[Call], Node]) -> Node:
+    """The same expression with something in place of each call, from the innermost out."""
+
+    def inside(part: Node) -> Node:
+        return exchanged(part, change)
+
+    match node:
+        case Sum(found, at):
+            return Sum(tuple(Addend(each.negative, inside(each.node), each.at) for each in found), at)
+        case Product(above, below, at):
+            return Product(tuple(map(inside, above)), tuple(map(inside, below)), at)
+        case Power(base, exponent, at):
+            return Power(inside(base), inside(exponent), at)
+        case Call(function, arguments, at):
+            return change(Call(function, tuple(map(inside, arguments)), at))
+        case _:
+            return node
 
 
 def walk(node: Node) -> Iterator[Node]:

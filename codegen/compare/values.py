@@ -9,8 +9,8 @@ from sympy import Abs, sign
 from sympy import Symbol as SympySymbol
 
 from qddot.codegen.canonical import exact
-from qddot.codegen.compare.tree import Addend, Call, Node, Number, Power, Product, Sum, Symbol
-from qddot.codegen.convert import convert
+from qddot.codegen.compare.tree import Addend, Call, Lookup, Node, Number, Power, Product, Sum, Symbol
+from qddot.codegen.convert import convert, primed
 
 _FUNCTIONS = {name: getattr(se, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")}
 _FUNCTIONS |= {"exp": se.exp, "log": se.log, "sqrt": se.sqrt, "atan2": se.atan2}
@@ -47,7 +47,7 @@ class Reading:
         signed = -value if addend.negative else value
         return self.scaled[addend.node] * signed if addend.node in self.scaled else signed
 
-    def value(self, node: Node) -> Any:
+    def value(self, node: Node) -> Any:  # noqa: PLR0911 - one for each kind of node
         """The value of an expression."""
         match node:
             case Number(value, _):
@@ -62,6 +62,8 @@ class Reading:
                 return se.Mul(*(self.value(part) for part in above), *inverse)
             case Power(base, exponent, _):
                 return self.value(base) ** self.value(exponent)
+            case Lookup(table, orders, arguments, _):
+                return se.Function(primed(table, orders))(*map(self.value, arguments))
             case Call(function, arguments, _):
                 return self._call(function, [self.value(argument) for argument in arguments])
 

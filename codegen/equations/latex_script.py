@@ -107,6 +107,10 @@ class LatexScript:
         """As many primes."""
         return Box("'" * count, 0.25 * count)
 
+    def partial(self, argument: int) -> Box:
+        """The sign of partial derivatives with the number of the argument."""
+        return Box(rf"\partial_{{{argument}}}", 1.0)
+
     def brackets(self, height: int) -> tuple[Box, Box]:
         """Of the size that fits; a line may break between them, so the size is given."""
         left, right = _SIZES[min(height, len(_SIZES) - 1)]

@@ -53,11 +53,11 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Lookup:
-    """The value of a table at an argument, or its derivative: a prime for each."""
+    """The value of a table, or its derivative of these orders by its arguments."""
 
     table: str
-    primes: int
-    argument: "Sum"
+    orders: tuple[int, ...]
+    arguments: tuple["Sum", ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,7 +100,7 @@ class Reader:
         if isinstance(base, se.Piecewise):
             return self._cases(base)
         if isinstance(base, se.FunctionSymbol):
-            return Lookup(*looked_up(base), self.sum(base.args[0]))
+            return Lookup(*looked_up(base), tuple(map(self.sum, base.args)))
         return Call(type(base).__name__, tuple(self.sum(argument) for argument in base.args))
 
     def _name(self, symbol: Any) -> Name:

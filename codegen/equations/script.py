@@ -49,6 +49,9 @@ class Script(Protocol):
     def primes(self, count: int) -> Box:
         """What derivatives of a function of one argument have behind its name."""
 
+    def partial(self, argument: int) -> Box:
+        """What the derivative by one of several arguments, counted from 1, has before the function's name."""
+
     def brackets(self, height: int) -> tuple[Box, Box]:
         """Brackets around what is so high."""
 

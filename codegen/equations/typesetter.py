@@ -76,12 +76,21 @@ class Typesetter:
                 box = self._between(self._inside(arguments), self.script.bars)
             case Call(function, arguments):
                 box = beside(self.script.function(function), self._bracket(self._inside(arguments)))
-            case Lookup(table, primes, argument):
-                head = beside(self.script.name(table), self.script.primes(primes))
-                box = beside(head, self._bracket(self._inside((argument,))))
+            case Lookup(table, orders, arguments):
+                box = beside(self._looked_up(table, orders), self._bracket(self._inside(arguments)))
             case Cases(branches):
                 box = self.script.cases([(self._inside((value,)), self._condition(when)) for value, when in branches])
         return box
+
+    def _looked_up(self, table: str, orders: Sequence[int]) -> Box:
+        """A table's name: with primes for derivatives, or, of two arguments, behind the signs of partial ones."""
+        name = self.script.name(table)
+        if len(orders) == 1:
+            return beside(name, self.script.primes(*orders))
+        for argument, order in reversed(list(enumerate(orders, 1))):
+            sign, number = self.script.partial(argument), self.script.number(Fraction(order), True)
+            name = beside(self.script.raised(sign, number) if order > 1 else sign, name) if order else name
+        return name
 
     def _term(self, term: Term, inner: bool) -> Box:
         if not term.below:

@@ -112,6 +112,10 @@ class UnicodeScript:
         """As many primes."""
         return boxed("′" * count)
 
+    def partial(self, argument: int) -> Box:
+        """∂₁."""
+        return boxed(f"∂{argument}".translate(_DIGITS_BELOW))
+
     def brackets(self, height: int) -> tuple[Box, Box]:
         """Of one size."""
         return boxed("("), boxed(")")
