@@ -1,6 +1,6 @@
 """Constraints derived: M qddot + G' lambda = f with G qddot = gamma, and what vanishes of positions and velocities."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -46,10 +46,11 @@ class Constraints:
         return len(self.multipliers)
 
 
-def derive_constraints(system: System, motion: Motion) -> Constraints:
-    """The constraints of a checked system."""
+def derive_constraints(system: System, expressions: Sequence[Any], motion: Motion) -> Constraints:
+    """The constraints of a checked system; expressions: theirs, in the order of kernels."""
     given = in_order(system)
-    residuals, rates = zip(*(_residual_and_rate(each, motion) for each in given), strict=True)
+    pairs = [_residual_and_rate(*each, motion) for each in zip(given, expressions, strict=True)]
+    residuals, rates = zip(*pairs, strict=True)
     matrix = _entries(rates, motion, motion.v)
     drifts = [se.Add(*(-part for part in _moved(rate, motion))) for rate in rates]
     if system.baumgarte is not None:
@@ -73,8 +74,7 @@ def in_order(system: System) -> list[Any]:
     return sorted(system.constraints, key=lambda each: not isinstance(each, Constraint))
 
 
-def _residual_and_rate(constraint: Any, motion: Motion) -> tuple[Any, Any]:
-    expression = convert(constraint.expression)
+def _residual_and_rate(constraint: Any, expression: Any, motion: Motion) -> tuple[Any, Any]:
     if not isinstance(constraint, Constraint):
         return se.Integer(0), expression
     return expression, motion.drift(expression)

@@ -12,7 +12,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.calculus import Definitions, Vector, by, dot
-from qddot.codegen.constrained import Constraints, derive_constraints
+from qddot.codegen.constrained import Constraints, derive_constraints, in_order
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.elimination import steps
 from qddot.codegen.modes import Modes
@@ -158,9 +158,10 @@ def derive(system: System) -> Equations:
     timed = {s: switches(e) for s, e in declared_ones.expressions.items()}
     energies = (system.kinetic_energy, system.potential_energy, system.dissipation)
     motion_of = [switches(convert(e)) for e in (*energies, *map(system.force, system.coordinates))]
+    held = [switches(convert(each.expression)) for each in in_order(system)]
     state_rates = tuple(symbol(state.rate) for state in system.states)
     modes = Modes(declared_ones, fixed | {time} | switches.functions.keys(), names)
-    needed = declared_ones.needed((*motion_of, *state_rates))
+    needed = declared_ones.needed((*motion_of, *held, *state_rates))
     definitions = Definitions({s: modes(e) if s in needed else e for s, e in timed.items()}, degrees, fixed, names)
     kinetic, potential, dissipation, *applied = map(modes, motion_of)
     for friction in (each for each in system.quantities if isinstance(each, Friction)):
@@ -178,7 +179,7 @@ def derive(system: System) -> Equations:
     rest = motion.unnatural(kinetic, potential, momenta, mass)
     by_mass = rest == 0 and not motion.names_speeds(kinetic)
     dissipative = by(definitions.gradient(dissipation, v), v)
-    constraints = derive_constraints(system, motion) if system.constraints else Constraints()
+    constraints = derive_constraints(system, list(map(modes, held)), motion) if held else Constraints()
     return Equations(
         system=system,
         definitions=definitions,

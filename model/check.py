@@ -11,7 +11,7 @@ from qddot.model.constraints import problems_of_constraints, reaction_symbol, re
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
 from qddot.model.dimensions import arguments_of_tables
 from qddot.model.events import Event, problems_of_events, problems_of_impacts
-from qddot.model.jumps import jumps
+from qddot.model.jumps import jumps, jumps_of_constraints
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.scene import forms_of_scene, units_of_scene
 from qddot.model.uses import fixed_positions, loops, massless, order, still_energies, unused
@@ -42,7 +42,7 @@ def problems(system: "System") -> list[str]:
             _tables,
         ),
         (reactions, massless),
-        (jumps,),
+        (jumps, jumps_of_constraints),
     )
     for checks in stages:
         found = [message for check in checks for message in check(system)]

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from sympy import Add, Expr, Piecewise, Symbol, expand
+from sympy import Add, Expr, Symbol, expand
 
 from qddot.model.contents import accelerations, as_prescribed, declared, outputs, symbols
 from qddot.model.dimensions import Dimension, dimension, dimension_of_unit, product, said, units_of
-from qddot.model.kinks import KINKED
+from qddot.model.kinks import cases
 from qddot.model.naming import t
-from qddot.model.table import Value
 
 if TYPE_CHECKING:
     from qddot.model.system import Coordinate, System
@@ -71,7 +70,7 @@ def constrained(system: "System") -> tuple["Coordinate", ...]:
 
 def moving_part(system: "System", constraint: Any) -> Expr:
     """What is linear in the velocities in the rate of a constraint on positions, or in one on velocities."""
-    expression = system.written_out(constraint.expression)
+    expression = cases(system.written_out(constraint.expression))
     on_positions = isinstance(constraint, Constraint)
     slopes = ((c.rate, expression.diff(c.symbol if on_positions else c.rate)) for c in system.coordinates)
     return Add(*(rate * slope for rate, slope in slopes))
@@ -96,7 +95,7 @@ def problems_of_constraints(system: "System") -> Iterator[str]:
     if system.baumgarte is not None and not system.constraints:
         yield "baumgarte is given, and there are no constraints"
     yield from _baumgarte(system)
-    written = [_opened(system.written_out(each.expression)) for each in system.constraints]
+    written = [_opened(cases(system.written_out(each.expression))) for each in system.constraints]
     pairs = list(zip(system.constraints, written, strict=True))
     found = [message for each, expression in pairs for message in _problems(system, each, expression)]
     yield from found
@@ -108,11 +107,6 @@ def problems_of_constraints(system: "System") -> Iterator[str]:
 def _problems(system: "System", each: Any, expression: Expr) -> Iterator[str]:
     check = _of_positions if isinstance(each, Constraint) else _of_velocities
     yield from (f"constraint {each.symbol} {message}" for message in check(system, expression))
-    for table in sorted({value.table.name for value in expression.atoms(Value)}):
-        yield f"constraint {each.symbol} reads the table {table}, whose curvature jumps at its knots; give a formula"
-    if expression.has(Piecewise, *KINKED):
-        hint = "write it smoothly, or let a stiff spring stand for it"
-        yield f"constraint {each.symbol} has a kink, at which velocities would jump; {hint}"
 
 
 def _of_positions(system: "System", expression: Expr) -> Iterator[str]:

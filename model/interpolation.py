@@ -13,6 +13,8 @@ Piece = tuple[float, float, float, float, float]
 
 #: The degree of the polynomials of each kind.
 DEGREES = {"linear": 1, "cubic": 3, "monotone": 3}
+#: How many derivatives of each do not jump at the points.
+SMOOTHNESS = {"linear": 0, "cubic": 2, "monotone": 1}
 OUTSIDE = ("hold", "extend", "refuse")
 
 

@@ -1,6 +1,7 @@
 """Energies that jump as a coordinate or velocity moves: their force would be an impulse, which no derivative shows.
+Constraints that jump, or whose derivatives do: positions or velocities would.
 
-Found by numbers: the energy on both sides of the roots of what its conditions compare, along random lines.
+Found by numbers: both sides of the roots of what conditions compare, along random lines.
 """
 
 import random
@@ -13,8 +14,11 @@ from typing import TYPE_CHECKING, Any
 from sympy import Expr, Piecewise, Symbol, lambdify
 from sympy.core.relational import Equality, Relational, Unequality
 
+from qddot.model.constraints import Constraint
 from qddot.model.contents import energies, reached
+from qddot.model.interpolation import SMOOTHNESS
 from qddot.model.kinks import KINKED, cases
+from qddot.model.naming import t
 from qddot.model.table import Value
 
 if TYPE_CHECKING:
@@ -38,23 +42,55 @@ def jumps(system: "System") -> Iterator[str]:
         if not _is_kinked(system, expression):
             continue
         written = cases(system.written_out(expression))
-        for condition in sorted(written.atoms(Relational), key=str):
-            variables = condition.free_symbols & moving.get(place, velocities)
-            if variables and not isinstance(condition, Equality | Unequality):
-                found = _jump(system, written, condition.lhs - condition.rhs, sorted(variables, key=str))
-                if found is not None:
-                    where = f"where {condition.lhs} passes {condition.rhs}, as at {found}"
-                    yield (
-                        f"{place} jumps {where}: its force would be an impulse, which is lost; make it continuous "
-                        "there, or give the force as a generalized force"
-                    )
-                    break
+        found = _where_it_jumps(system, written, moving.get(place, velocities))
+        if found is not None:
+            yield (
+                f"{place} jumps {found}: its force would be an impulse, which is lost; make it continuous there, or "
+                "give the force as a generalized force"
+            )
+
+
+def jumps_of_constraints(system: "System") -> Iterator[str]:
+    """Constraints that jump, or whose derivatives do where positions would have to, each with one place."""
+    moving = {coordinate.symbol for coordinate in system.coordinates} | {t}
+    moving |= {symbol for channel in system.inputs for symbol in (channel.symbol, channel.rate)}
+    hint = "write it smoothly, or let a stiff spring stand for it"
+    for each in system.constraints:
+        written = cases(system.written_out(each.expression))
+        if not written.has(Piecewise, Value):
+            continue
+        found = _where_it_jumps(system, written, moving)
+        if found is not None:
+            yield f"constraint {each.symbol} jumps {found}: nothing can follow it; make it continuous there"
+            continue
+        if not isinstance(each, Constraint):
+            continue
+        slopes = (written.diff(symbol) for symbol in sorted(written.free_symbols & moving, key=str))
+        kinks = (_where_it_jumps(system, slope, moving) for slope in slopes)
+        found = next((kink for kink in kinks if kink is not None), None)
+        if found is not None:
+            yield f"constraint {each.symbol} has a kink {found}, at which velocities would jump; {hint}"
+
+
+def _where_it_jumps(system: "System", written: Expr, moving: set[Symbol]) -> str | None:
+    """Where an expression in cases jumps as these symbols move, in words; None where it does not."""
+    for value in sorted(written.atoms(Value), key=str):
+        if value.smoothness < 0 and reached(system, value) & moving:
+            within = SMOOTHNESS[value.table.interpolation] < max(value.orders)
+            return f"at the {'points' if within else 'ends'} of the table {value.table.name}"
+    for condition in sorted(written.atoms(Relational), key=str):
+        variables = condition.free_symbols & moving
+        if variables and not isinstance(condition, Equality | Unequality):
+            found = _jump(system, written, condition.lhs - condition.rhs, sorted(variables, key=str))
+            if found is not None:
+                return f"where {condition.lhs} passes {condition.rhs}, as at {found}"
+    return None
 
 
 def _is_kinked(system: "System", expression: Any) -> bool:
     used = reached(system, expression)
     parts = [expression, *(each for symbol, each in system.definitions.items() if symbol in used)]
-    return any(isinstance(part, Expr) and part.has(Piecewise, *KINKED) for part in parts)
+    return any(isinstance(part, Expr) and part.has(Piecewise, Value, *KINKED) for part in parts)
 
 
 def _jump(system: "System", energy: Expr, difference: Expr, variables: Sequence[Symbol]) -> str | None:

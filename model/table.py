@@ -11,7 +11,7 @@ from typing import Any
 
 from sympy import Expr, Function, Integer
 
-from qddot.model.interpolation import DEGREES, OUTSIDE, Pieces, interpolated
+from qddot.model.interpolation import DEGREES, OUTSIDE, SMOOTHNESS, Pieces, interpolated
 from qddot.model.patches import Patches, patched
 from qddot.model.points import read_points, wrong_grid, wrong_points
 
@@ -32,6 +32,11 @@ class Value(Function):
         """The derivative by an argument, counted from 1; zero beyond the degree of the table's polynomials."""
         higher = tuple(order + (k == argindex) for k, order in enumerate(self.orders, 1))
         return self.table.function(higher)(*self.args) if max(higher) <= self.table.pieces.degree else Integer(0)
+
+    @property
+    def smoothness(self) -> int:
+        """How many of its derivatives do not jump; -1 where it jumps itself."""
+        return self.table.smoothness - max(self.orders)
 
     @classmethod
     def at(cls, *arguments: Any) -> Any:
@@ -121,6 +126,12 @@ class Table:
         count = f"{len(self.x)}" if self.z is None else f"{len(self.x)} x {len(self.y)}"
         points = f"{count} points from {ends}, {self.interpolation}, {_OUTSIDE[self.outside]}"
         return f"{self.meaning}, {points}" if self.meaning else points
+
+    @property
+    def smoothness(self) -> int:
+        """How many of its derivatives do not jump, at its points and at its ends."""
+        within, beyond = SMOOTHNESS[self.interpolation], {"hold": 0, "extend": 1}
+        return min(within, beyond.get(self.outside, within))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,11 +3,23 @@
 import re
 
 import pytest
-from sympy import Abs, Piecewise, Symbol, cos, sin, sqrt, symbols
+from sympy import Abs, Heaviside, Max, Piecewise, Symbol, cos, sin, sqrt, symbols
 
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
-from qddot.model import Constraint, Coordinate, Input, ModelError, Output, Parameter, Quantity, Rolling, System, t
+from qddot.model import (
+    Constraint,
+    Coordinate,
+    Input,
+    ModelError,
+    Output,
+    Parameter,
+    Quantity,
+    Rolling,
+    System,
+    Table,
+    t,
+)
 
 x, y, phi, xdot, ydot, phidot = symbols("x y phi xdot ydot phidot")
 m, L, g, lam, mu, w, wdot = symbols("m L g lam mu w wdot")
@@ -88,8 +100,28 @@ BAD = {
         lambda: rod(x - lam * L, "N"),
         "constraint lam uses lam, a multiplier, which is not known yet there",
     ),
-    "kink": (lambda: rod(Abs(x) - L, "N"), "constraint lam has a kink, at which velocities would jump"),
-    "piecewise": (lambda: rod(Piecewise((x, x > L), (y, True)), "N"), "constraint lam has a kink"),
+    "kink": (lambda: rod(Abs(x) - L, "N"), "constraint lam has a kink where x passes 0, as at x = "),
+    "kink_in_a_quantity": (
+        lambda: {"quantities": [Quantity(Symbol("s"), Max(x, y), "m", "larger")], **rod(Symbol("s") - L, "N")},
+        "constraint lam has a kink where x passes y, as at x = ",
+    ),
+    "kink_in_time": (lambda: rod(x - L - Max(t - 1, 0), "N"), "constraint lam has a kink where t passes 1"),
+    "piecewise": (
+        lambda: rod(Piecewise((x, x > L), (y, True)), "N"),
+        "constraint lam jumps where L passes x",
+    ),
+    "step": (
+        lambda: blade(xdot * Heaviside(y) + ydot, "N"),
+        "constraint mu jumps where y passes 0, as at y = ",
+    ),
+    "linear_table": (
+        lambda: rod(y - L * Table("track", "1", [0, 1, 2], [0, 1, 0])(x), "N"),
+        "constraint lam has a kink at the points of the table track, at which velocities would jump",
+    ),
+    "held_table": (
+        lambda: rod(y - L * Table("track", "1", [0, 1, 2], [0, 1, 0], interpolation="cubic")(x), "N"),
+        "constraint lam has a kink at the ends of the table track, at which velocities would jump",
+    ),
     "complex": (lambda: rod(x - L * sqrt(-1), "N"), "it is complex"),
     "not_linear": (
         lambda: blade(xdot**2 - ydot * L, "N"),

@@ -15,7 +15,7 @@ from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WIT
 from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, keep_sides, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import project, project_at_end, row_address, states
+from qddot.runner.frame.space import project, project_at_end, project_at_switch, row_address, states
 from qddot.runner.frame.step_control import (
     LEAST_LAST_ERROR,
     MATLAB,
@@ -166,6 +166,8 @@ def hold_sides(space, pair, course, log, sides):
     take_step(space, pair, t, course.length)
     course.evaluations += pair.stages - 1
     finish_attempt(space, pair, course)
+    if space.project != 0:
+        project_at_switch(space, t, course.length, new)
     return fate
 
 

@@ -16,7 +16,7 @@ from qddot.runner.frame.hermite import cubic
 from qddot.runner.frame.hold import CHATTER, KEPT, SHORTER, keep_sides, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop, save
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import look_up, project_at_end, row_address, states
+from qddot.runner.frame.space import look_up, project_at_end, project_at_switch, row_address, states
 from qddot.runner.frame.step_end import events_at_start, follow_step, save_within, walk
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
@@ -114,6 +114,8 @@ def hold_sides(space, step, log, sides):
         return 0.0
     march.target = t + part * h
     march_to(space, tableau, march, log, march.target)
+    if space.project != 0:
+        project_at_switch(space, t, part * h, new)
     march.restart = 1
     return part
 

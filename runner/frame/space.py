@@ -146,3 +146,17 @@ def project_at_end(space, t, h, x):
     if space.n_inputs > 0:
         look_up(space, t, h, 1.0)
     project(space, t + h, x)
+
+
+@compiled(**LEAN)
+def project_at_switch(space, t, h, x):
+    """As `project_at_end`, where a condition turns: with all of them free, as whoever looks at the state sees it.
+
+    The search for the switch leaves the state a hair before or beyond it, where the branch that was held may be another
+    than the one that the constraints have there.
+    """
+    u = input_values(space)
+    for k in range(space.n_modes):
+        u[space.channels - space.n_modes + k] = 0.0
+    project_at_end(space, t, h, x)
+    write_modes(space)

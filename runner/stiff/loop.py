@@ -14,7 +14,7 @@ import numpy as np
 from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, SHORTER, keep_sides, may_release, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import project, project_at_end, row_address, set_inputs
+from qddot.runner.frame.space import project, project_at_end, project_at_switch, row_address, set_inputs
 from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
@@ -93,6 +93,8 @@ def hold_sides(space, s, v, log, sides, prepare_polynomial, follow):
         s.failed_attempts += 1
     elif fate == SHORTER:
         cut_step(space, s, v, part)
+        if space.project != 0:
+            project_at_switch(space, s.t, part * s.length, new)
         s.part, power = part, part
         for p in range(DEGREE):
             for i in range(v.shape[1]):
