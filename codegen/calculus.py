@@ -5,7 +5,7 @@ from typing import Any
 
 import symengine as se
 
-from qddot.codegen.convert import looked_up, slope
+from qddot.codegen.convert import arguments, looked_up, slope
 from qddot.codegen.rewrite import Names, operations, replaced, rewrite
 
 Vector = tuple[Any, ...]
@@ -103,7 +103,7 @@ class Definitions:
         for call, name in names.items():
             table, orders = looked_up(call)
             outer = settled(shell.diff(name))
-            for k, (order, argument) in enumerate(zip(orders, call.args, strict=True)):
+            for k, (order, argument) in enumerate(zip(orders, arguments(call), strict=True)):
                 if order < self._degrees[table] and symbol in argument.free_symbols:
                     parts.append(outer * slope(call, k) * self._derivative(argument, symbol))
         return replaced(se.Add(*parts), {name: call for call, name in names.items()})

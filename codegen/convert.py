@@ -7,11 +7,13 @@ import symengine as se
 from sympy import Basic, Float, Function, Integer, Symbol
 
 from qddot.model.kinks import cases
-from qddot.model.table import Value, ending
+from qddot.model.table import HELD, Value, ending
 from qddot.model.vocabulary import SMOOTH
 
 #: What a derivative of a table has behind its name, in expressions: one by the first argument, one by the second.
 _PRIMES = ("'", '"')
+#: What the name of a value has behind it whose pieces are held by modes.
+_HELD = "|"
 #: Functions by their names in SymEngine, and in `math`.
 MATH_NAMES = {each.__name__: each.__name__ for each in SMOOTH}
 
@@ -38,24 +40,46 @@ def primed(table: str, orders: Sequence[int]) -> str:
     return table + "".join(order * prime for order, prime in zip(orders, _PRIMES, strict=False))
 
 
+def held(value: Any, modes: Sequence[Any]) -> Any:
+    """The same value of a table with the modes that hold its pieces, one for each argument."""
+    table, orders = looked_up(value)
+    return se.Function(primed(f"{table}{_HELD}", orders))(*value.args, *modes)
+
+
+def is_held(value: Any) -> bool:
+    """Whether modes hold the pieces of a table's value: they are the second half of its arguments."""
+    return _HELD in value.get_name()
+
+
 def looked_up(value: Any) -> tuple[str, tuple[int, ...]]:
     """The name of the table of which it is a value, or the derivative of these orders by its arguments."""
     name = value.get_name()
-    orders = tuple(name.count(prime) for prime in _PRIMES[: len(value.args)])
-    return name.rstrip("".join(_PRIMES)), orders
+    orders = tuple(name.count(prime) for prime in _PRIMES[: len(arguments(value))])
+    return name.rstrip("".join(_PRIMES)).removesuffix(_HELD), orders
+
+
+def arguments(value: Any) -> tuple[Any, ...]:
+    """What a table is looked up at, without modes."""
+    given: tuple[Any, ...] = value.args
+    return given[: len(given) // 2] if is_held(value) else given
+
+
+def free(value: Any) -> Any:
+    """The value of a table without the modes that hold it."""
+    return se.Function(primed(*looked_up(value)))(*arguments(value))
 
 
 def slope(value: Any, argument: int) -> Any:
-    """The derivative of a table's value by an argument, counted from 0."""
-    name, orders = looked_up(value)
+    """The derivative of a table's value by an argument, counted from 0; held as the value is."""
+    table, orders = looked_up(value)
     higher = [order + (k == argument) for k, order in enumerate(orders)]
-    return se.Function(primed(name, higher))(*value.args)
+    return se.Function(primed(f"{table}{_HELD if is_held(value) else ''}", higher))(*value.args)
 
 
 def function_name(value: Any) -> str:
     """The name that the function of a table's value has in a generated module."""
     name, orders = looked_up(value)
-    return f"{name}{ending(orders)}"
+    return f"{name}{ending(orders)}{HELD if is_held(value) else ''}"
 
 
 def symbol(name: Symbol | str) -> Any:

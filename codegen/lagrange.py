@@ -25,6 +25,7 @@ from qddot.model.events import event_expressions
 from qddot.model.friction import Friction
 from qddot.model.scene import scene_numbers
 from qddot.model.system import ModelError, System
+from qddot.model.table import knots_of
 
 #: Steps of an elimination that is written out, at most, or of one whose factors are sparse, so many a coordinate; see
 #: `elimination.steps`.
@@ -150,6 +151,11 @@ def derive(system: System) -> Equations:
     q = tuple(symbol(coordinate.symbol) for coordinate in system.coordinates)
     v = tuple(symbol(coordinate.rate) for coordinate in system.coordinates)
     degrees = {table.name: table.pieces.degree for table in system.tables}
+    degrees |= {
+        knots_of(table.name, k, table.count): each.degree
+        for table in system.tables
+        for k, each in enumerate(table.knots)
+    }
     declared_ones = Definitions({symbol(s): convert(e) for s, e in system.definitions.items()}, degrees)
     time, inputs = symbol("t"), tuple(symbol(channel.symbol) for channel in system.inputs)
     fixed = frozenset(symbol(p.symbol) for p in system.parameters)
@@ -160,7 +166,8 @@ def derive(system: System) -> Equations:
     motion_of = [switches(convert(e)) for e in (*energies, *map(system.force, system.coordinates))]
     held = [switches(convert(each.expression)) for each in in_order(system)]
     state_rates = tuple(symbol(state.rate) for state in system.states)
-    modes = Modes(declared_ones, fixed | {time} | switches.functions.keys(), names)
+    knots = {table.name: table.located for table in system.tables}
+    modes = Modes(declared_ones, fixed | {time} | switches.functions.keys(), names, knots)
     needed = declared_ones.needed((*motion_of, *held, *state_rates))
     definitions = Definitions({s: modes(e) if s in needed else e for s, e in timed.items()}, degrees, fixed, names)
     kinetic, potential, dissipation, *applied = map(modes, motion_of)

@@ -56,6 +56,24 @@ def interpolated(x: Sequence[float], y: Sequence[float], kind: str, outside: str
     return Pieces((before, *inner, after), DEGREES[kind])
 
 
+def alternating(x: Sequence[float], *, refused: bool) -> Pieces:
+    """What changes its sign at each point of a table, and its slope at none: arcs between them, up and down in turn.
+
+    refused: that there is nothing outside, so that the sign stays what it is at the first and at the last point.
+    """
+    n = len(x)
+    signs = [1.0 if i % 2 == 0 else -1.0 for i in range(n + 1)]
+    steps = [b - a for a, b in pairwise(x)]
+    inner: list[Piece] = [(x[i], 0.0, s, -s / h, 0.0) for i, (h, s) in enumerate(zip(steps, signs[1:], strict=False))]
+    before: Piece = (x[0], 0.0, -signs[0], 0.0, 0.0)
+    after: Piece = (x[-1], 0.0, signs[-1], 0.0, 0.0)
+    if refused:
+        inner[-1] = after = (x[n - 2], 0.0, signs[n - 1], 0.0, 0.0)
+        inner[0] = before = (x[0], signs[1] * steps[0], -signs[1], 0.0, 0.0)
+        after = (math.nextafter(x[-1], math.inf), signs[n - 1] * steps[-1], signs[n - 1], 0.0, 0.0)
+    return Pieces((before, *inner, after), DEGREES["cubic"])
+
+
 def _beyond(x: float, y: float, slope: float, outside: str) -> Piece:
     if outside == "refuse":
         return (x, math.nan, math.nan, math.nan, math.nan)

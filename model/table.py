@@ -11,7 +11,7 @@ from typing import Any
 
 from sympy import Expr, Function, Integer
 
-from qddot.model.interpolation import DEGREES, OUTSIDE, SMOOTHNESS, Pieces, interpolated
+from qddot.model.interpolation import DEGREES, OUTSIDE, SMOOTHNESS, Pieces, alternating, interpolated
 from qddot.model.patches import Patches, patched
 from qddot.model.points import read_points, wrong_grid, wrong_points
 
@@ -19,6 +19,10 @@ from qddot.model.points import read_points, wrong_grid, wrong_points
 _ENDINGS = ("", "_slope", "_curvature", "_third_derivative")
 #: What its data are called behind its name; of two arguments what the lines are between its cells, too.
 DATA, LINES = "_pieces", ("_x", "_y")
+#: What has behind its name that holds a piece, and what changes its sign where pieces meet.
+HELD, KNOTS = "_held", "_knots"
+#: Kinks that are located: of a derivative up to this one, and of tables of so many lines; beyond that steps cross them.
+_LAST_LOCATED, _MOST_LOCATED = 2, 100
 _OUTSIDE = {"hold": "its ends held outside", "extend": "its ends extended", "refuse": "no number outside"}
 
 
@@ -42,6 +46,11 @@ class Value(Function):
     def at(cls, *arguments: Any) -> Any:
         """Its number at arguments of any kind that Python's signs know."""
         return cls.table.pieces.at(*arguments, *cls.orders)
+
+
+def knots_of(table: str, argument: int, count: int) -> str:
+    """What is called the function that changes its sign at the lines of a table's argument, counted from 0."""
+    return f"{table}{KNOTS}{LINES[argument] if count > 1 else ''}"
 
 
 def ending(orders: Sequence[int]) -> str:
@@ -137,7 +146,25 @@ class Table:
     def names(self) -> tuple[str, ...]:
         """All names that it has in a generated module: of its values, its derivatives and its data."""
         data = (DATA, *(f"{DATA}{line}" for line in LINES if self.z is not None))
-        return tuple(f"{self.name}{each}" for each in (*map(ending, self.all_orders), *data))
+        values = tuple(map(ending, self.all_orders))
+        knots = [knots_of("", k, self.count) for k, located in enumerate(self.located) if located]
+        held = [f"{each}{HELD}" for each in values if knots]
+        found = (*_ENDINGS, DATA)
+        return tuple(f"{self.name}{each}" for each in (*values, *data, *held, *(k + e for k in knots for e in found)))
+
+    @property
+    def located(self) -> tuple[bool, ...]:
+        """Of each argument, whether methods that locate switches end their steps where pieces meet."""
+        lines = (self.x, self.y)[: self.count]
+        jumping = SMOOTHNESS[self.interpolation] + 1 <= _LAST_LOCATED
+        inner = 2 if self.outside == "refuse" else 0
+        return tuple(jumping and inner < len(line) <= _MOST_LOCATED for line in lines)
+
+    @cached_property
+    def knots(self) -> tuple[Pieces, ...]:
+        """Of each argument what changes its sign where pieces meet."""
+        lines = (self.x, self.y)[: self.count]
+        return tuple(alternating(tuple(map(float, line)), refused=self.outside == "refuse") for line in lines)
 
     @property
     def all_orders(self) -> tuple[tuple[int, ...], ...]:

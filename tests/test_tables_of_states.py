@@ -117,6 +117,11 @@ def half_slope(gain, V):
     return gain(V) * V + 0.5 * gain(V, 1) * V**2
 
 
+def given(model, force):
+    """All channels: the force, and modes that hold nothing."""
+    return np.append(force, np.zeros(len(model.tables.inputs) - 1))
+
+
 PLACES = np.random.default_rng(6).uniform(-0.9, 0.9, (40, 4))
 
 
@@ -124,14 +129,14 @@ def test_the_right_hand_side_is_that_on_paper(model):
     constants = model.constants(model.parameter_values())
     for *state, force in PLACES:
         dx, expected = np.empty(3), by_hand(state, force)
-        model.kernel("rhs")(0.0, np.array(state), np.array([force]), constants, dx)
+        model.kernel("rhs")(0.0, np.array(state), given(model, force), constants, dx)
         assert np.abs(dx - expected).max() <= 1e-12 * np.abs(expected).max()
 
 
 def test_the_jacobian_is_that_on_paper(model):
     constants = model.constants(model.parameter_values())
     for *state, force in PLACES:
-        found = model.matrix("jacobian")(0.0, np.array(state), np.array([force]), constants)
+        found = model.matrix("jacobian")(0.0, np.array(state), given(model, force), constants)
         steps = 1e-6 * np.eye(3)
         expected = np.array([(by_hand(state + d, force) - by_hand(state - d, force)) / 2e-6 for d in steps]).T
         assert np.abs(found - expected).max() <= 1e-6 * np.abs(expected).max()
@@ -141,7 +146,8 @@ def test_only_what_is_called_is_written(tmp_path):
     text = generate(everywhere(), tmp_path).read_text()
     assert "import numpy as np" in text
     assert re.findall(r"def ((?:lift|gain|curve)\w*)", text) == [
-        *("curve", "curve_slope", "gain", "gain_slope", "gain_curvature"),
+        *("curve_knots", "curve_knots_slope", "curve_held", "curve_slope_held"),
+        *("gain_knots", "gain_knots_slope", "gain", "gain_held", "gain_slope_held", "gain_curvature_held"),
         *("lift", "lift_slope", "lift_curvature"),
     ]
     assert "# gain in 1: gain of the servo, 4 points from -3.0 to 4.0, monotone, its ends held outside;" in text

@@ -160,6 +160,11 @@ def half_(value):
     return 0.5 * value
 
 
+def given(model, force):
+    """All channels: the force, and modes that hold nothing."""
+    return np.append(force, np.zeros(len(model.tables.inputs) - 1))
+
+
 PLACES = np.random.default_rng(6).uniform(-0.65, 0.85, (30, 6))
 
 
@@ -167,7 +172,7 @@ def test_the_right_hand_side_is_that_on_paper(model):
     constants = model.constants(model.parameter_values())
     for *state, force in PLACES:
         dx, expected = np.empty(5), by_hand(state, force)
-        model.kernel("rhs")(0.0, np.array(state), np.array([force]), constants, dx)
+        model.kernel("rhs")(0.0, np.array(state), given(model, force), constants, dx)
         assert np.abs(dx - expected).max() <= 1e-7 * np.abs(expected).max()  # a difference stands in `by_hand`
 
 
@@ -176,11 +181,11 @@ def test_the_jacobian_is_that_of_the_right_hand_side(model):
 
     def rates(state, force):
         dx = np.empty(5)
-        model.kernel("rhs")(0.0, state, np.array([force]), constants, dx)
+        model.kernel("rhs")(0.0, state, given(model, force), constants, dx)
         return dx
 
     for *state, force in PLACES:
-        found = model.matrix("jacobian")(0.0, np.array(state), np.array([force]), constants)
+        found = model.matrix("jacobian")(0.0, np.array(state), given(model, force), constants)
         steps = 1e-6 * np.eye(5)
         expected = np.array([(rates(state + d, force) - rates(state - d, force)) / 2e-6 for d in steps]).T
         assert np.abs(found - expected).max() <= 1e-6 * np.abs(expected).max()
@@ -188,7 +193,8 @@ def test_the_jacobian_is_that_of_the_right_hand_side(model):
 
 def test_only_what_is_called_is_written(tmp_path):
     written = generate(everywhere(), tmp_path).read_text()
-    assert re.findall(r"def (drag\w*)\(x, y\)", written) == ["drag", "drag_by_y", "drag_by_x", "drag_by_xy"]
+    held = ["drag_held", "drag_by_y_held", "drag_by_x_held", "drag_by_xy_held"]
+    assert re.findall(r"def (drag\w*)\(x, y, p, r\)", written) == held
     assert re.findall(r"def (hill\w*)\(x, y\)", written)[:3] == ["hill", "hill_by_y", "hill_by_yy"]
     assert "# drag in N s/m: drag of the hull, 5 x 5 points from -2.0 to 2.0 m/s and -2.0 to 2.1 m, linear," in written
     assert written.count('("drag", "N s/m"') == 2
@@ -218,7 +224,7 @@ def test_what_is_no_number_is_looked_up_nowhere(model):
     """Neither infinite arguments nor those that are no numbers read beside the data."""
     values = [model.module.hill(a, b) for a in (np.inf, -np.inf, np.nan, 0.5) for b in (np.nan, np.inf)]
     assert not np.isfinite(values).any()
-    assert model.module.drag(1e300, -1e300) == DRAG.z[-1][0]
+    assert model.module.drag_held(1e300, -1e300, 0.0, 0.0) == DRAG.z[-1][0]
 
 
 # An engine on its map, which drives a car
@@ -323,7 +329,7 @@ def test_copies_of_a_part_look_up_their_own_arguments(tmp_path):
     )
     model = qddot.load(generate((wheel("f", "front") + wheel("r", "rear", load=3.0)).system("two", "Two"), tmp_path))
     dx = np.empty(4)
-    model.kernel("rhs")(0.0, np.array([0.5, -0.5, 0, 0]), np.zeros(1), model.constants(model.parameter_values()), dx)
+    model.kernel("rhs")(0.0, np.array([0.5, -0.5, 0, 0]), np.zeros(4), model.constants(model.parameter_values()), dx)
     assert dx[2:] == pytest.approx([-0.5 * (1 + 8 * 2 / 5), 0.5 * (1 + 8 * 3 / 5)])
 
 

@@ -14,11 +14,12 @@ from qddot.codegen.compare.sheet import Sheet, Written
 from qddot.codegen.compare.tree import Addend, CompareError, addends, symbols
 from qddot.codegen.compare.values import Reading
 from qddot.codegen.compare.zero import vanishes
+from qddot.codegen.convert import free
 from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.identities import Polynomial, total
 from qddot.codegen.lagrange import Equations
-from qddot.codegen.rewrite import replaced
+from qddot.codegen.rewrite import replaced, rewrite
 from qddot.model.table import Table, ending
 
 #: Whether two expressions are equal.
@@ -134,9 +135,10 @@ class _Judge:
         return [term for term in (*inertia, *found) if term != 0], [term for term in applied if term != 0]
 
     def _as_written(self, expression: Any) -> Any:
-        """The expression with its conditions as the author wrote them, without their modes."""
+        """The expression with its conditions and tables as the author wrote them, without their modes."""
         written = self._equations.modes.written
-        return replaced(expression, written) if written else expression
+        plain = replaced(expression, written) if written else expression
+        return rewrite(plain, lambda node: free(node) if isinstance(node, se.FunctionSymbol) else node, {})
 
     def _read(self, rate: Any) -> list[tuple[Reading, Mapping[Any, Any]]]:
         """From the reading nearest to the author's, quantities of his kept, to all written out but this rate."""

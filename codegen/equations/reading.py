@@ -8,7 +8,7 @@ from typing import Any
 
 import symengine as se
 
-from qddot.codegen.convert import looked_up
+from qddot.codegen.convert import arguments, looked_up
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import (
     Call,
@@ -100,7 +100,7 @@ class Reader:
         if isinstance(base, se.Piecewise):
             return self._cases(base)
         if isinstance(base, se.FunctionSymbol):
-            return Lookup(*looked_up(base), tuple(map(self.sum, base.args)))
+            return Lookup(*looked_up(base), tuple(map(self.sum, arguments(base))))
         return Call(type(base).__name__, tuple(self.sum(argument) for argument in base.args))
 
     def _name(self, symbol: Any) -> Name:
