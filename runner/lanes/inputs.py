@@ -16,7 +16,7 @@ from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.elementary import cos, sin
 from qddot.runner.machine.lane_loop import lane_loop
-from qddot.runner.machine.memory import LEAN, integers, intrinsic
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, integers, intrinsic
 from qddot.runner.machine.pointers import caller
 
 
@@ -99,7 +99,7 @@ def exchange(batch, pack):
         classify(batch, pack)
 
 
-@compiled(**LEAN)
+@compiled(**BY_ADDRESS)
 def read_inputs(batch, pack, whole):
     """Write the inputs of all lanes at their times AT; which piece holds is looked up at SIDE.
 

@@ -12,7 +12,7 @@ from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
 from qddot.runner.lanes.runs import leave, next_break, sample_time, take_run
 from qddot.runner.lanes.samples import write_samples
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, floats, integers, intrinsic
 from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
@@ -138,7 +138,7 @@ def drop_diverged(batch, pack, stages):
             begin(batch, pack, lane)
 
 
-@compiled(**LEAN)
+@compiled(**BY_ADDRESS)
 def land(batch, pack, stages, diverged):
     """After a step: lanes that diverged or came to a breakpoint, a sample or their end are served."""
     if diverged > 0:

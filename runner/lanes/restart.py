@@ -23,7 +23,7 @@ from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
 from qddot.runner.machine.calls import call_lanes
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, floats, integers, intrinsic
 from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
@@ -79,7 +79,7 @@ def take_slopes(batch, control, pack, pair, longest_step):
     return again
 
 
-@compiled(**LEAN)
+@compiled(**BY_ADDRESS)
 def restart(batch, control, pack, pair, longest_step):
     """Take the slopes of fresh lanes, and settle how long their next steps are."""
     while take_slopes(batch, control, pack, pair, longest_step) > 0:

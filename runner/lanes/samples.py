@@ -16,7 +16,7 @@ from qddot.runner.lanes.runs import gather, sample_time
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.lane_loop import lane_loop
-from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic, record
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, floats, integers, intrinsic, record
 from qddot.runner.machine.pointers import call_kernel, caller
 
 PAIR_TYPE = typeof(record(PAIR))
@@ -122,7 +122,7 @@ def aim(batch, pack):
     return found
 
 
-@compiled(**LEAN)
+@compiled(**BY_ADDRESS)
 def write_samples_within(batch, pack, pair):
     """Write the samples of all lanes within the steps they just made by dense output, and those at their ends."""
     sample = integers(pack.sample, LANES)

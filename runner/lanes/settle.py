@@ -12,7 +12,7 @@ from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, floats, integers, intrinsic
 from qddot.runner.machine.pointers import caller
 from qddot.runner.problem import Status
 
@@ -59,7 +59,7 @@ def status_of(batch, control, pack, pair, lane, stuck):
     return RUNNING
 
 
-@compiled(**LEAN)
+@compiled(**BY_ADDRESS)
 def settle(batch, control, pack, pair, longest_step, stuck):
     """After the step: runs that came to their end or got stuck are left, their lanes refilled; others pass a stop."""
     for lane in range(LANES):

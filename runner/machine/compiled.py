@@ -22,6 +22,7 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.np import linalg
 
 from qddot.runner.files import keep_newest
+from qddot.runner.machine.inner import INNER, OUTER
 from qddot.runner.machine.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
@@ -183,16 +184,20 @@ def compiled(
 ) -> Callable[[Callable[..., Any]], Any]:
     """`njit(signature, cache=True, **ARITHMETIC, **options)` with the cache in `cache_directory`.
 
+    What has neither signature nor wrapper for Python, `LEAN` and its kin, is compiled within its callers, see `inner`.
+
     calls: a function that is none of the runner's own and becomes part of this one; each has a folder of its own, since
     numba would take what it compiled with another for the same.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
+        if signature is None and options.get("no_cpython_wrapper") and "pipeline_class" not in options:
+            return njit(pipeline_class=INNER, **ARITHMETIC, **options)(function)
         folder = cache_directory()
         if folder is not None and calls is not None:
             folder /= text_digest(calls)
         with _keeping(folder, str(folder or "")):
-            return njit(signature, cache=True, **ARITHMETIC, **options)(function)
+            return njit(signature, cache=True, **({"pipeline_class": OUTER} | ARITHMETIC | options))(function)
 
     return decorate
 

@@ -17,6 +17,8 @@ from numba.extending import intrinsic as numba_intrinsic
 from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
 
+from qddot.runner.machine.inner import OUTER
+
 _FLOATS = types.Array(types.float64, 1, "C")
 _INTEGERS = types.Array(types.int64, 1, "C")
 _MATRIX = types.Array(types.float64, 2, "C")
@@ -27,7 +29,9 @@ intrinsic: Any = numba_intrinsic
 
 #: Options of numba for functions that allocate nothing and return no array: no reference counts.
 LEAN: dict[str, Any] = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-#: The same for those that return an array made from an address.
+#: The same for those that are called by their address: compiled on their own.
+BY_ADDRESS = LEAN | {"pipeline_class": OUTER}
+#: LEAN for those that return an array made from an address.
 VIEW = LEAN | {"_nrt": True}
 #: For functions that are called from one place, are a line or two, or take functions: compiled with their caller.
 INLINE = LEAN | {"inline": "always"}

@@ -38,6 +38,8 @@ def _address(function: Any, signature: Any, name: str) -> int:
     if compiled.signature.return_type != signature.return_type:
         raise ValueError(f"{name} returns {compiled.signature.return_type}, expected {signature.return_type}")
     place: int = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    if place == 0:
+        raise ValueError(f"{name} is compiled within what calls it, expected one with an address: `BY_ADDRESS`")
     return place
 
 

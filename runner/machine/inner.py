@@ -1,0 +1,104 @@
+"""Inner functions, which only other compiled ones call: machine code is made of them once, within the outermost.
+
+Numba optimises each function with all that it calls, makes machine code of it, and does both anew in each of its
+callers: of a driver of a hundred functions, five or ten calls deep, that is most of the time that compiling takes. An
+inner function is typed and lowered, and left as it is; an outer one, compiled for Python or for its address, is linked
+with the inner ones below it, each of them once, and optimised as a whole.
+"""
+
+from typing import Any
+
+from numba.core import codegen
+from numba.core.compiler import Compiler
+
+
+class _Quiet:
+    """Stands where numba sets the environment of machine code, of which there is none here."""
+
+    @staticmethod
+    def set_env(name: str, environment: Any) -> None:
+        """Nothing to set: what allocates nothing and raises nothing needs no environment."""
+
+
+class _Inner(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """The code of an inner function, neither optimised nor made machine code of."""
+
+    _together = None
+
+    @property
+    def codegen(self) -> Any:
+        """What numba asks for an environment."""
+        return _Quiet
+
+    def finalize(self) -> None:
+        """Leave it at what was lowered."""
+        self._raise_if_finalized()
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Null, which numba takes for a function that Python cannot call."""
+        self._ensure_finalized()
+        return 0
+
+    def alone(self) -> Any:
+        """The module of what was lowered, without what it calls."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """It and all below it, for callers that know nothing of inner functions, such as a generated kernel."""
+        if self._together is None:
+            self._together = self.alone().clone()
+            _link(self._together, _below(self))
+        return self._together
+
+
+class _Outer(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Code for Python, or to be called by its address, with all inner functions below it."""
+
+    def finalize(self) -> None:
+        """Link all of them once."""
+        below = _below(self)
+        for library in below:
+            self._reload_init.update(library._reload_init)
+        _link(self._final_module, below)
+        self._linking_libraries = []
+        super().finalize()
+
+
+def _link(module: Any, below: list[Any]) -> None:
+    """Add to a module what it calls: callers first, since LLVM's linker takes nothing that is not called yet."""
+    for library in reversed(below):
+        found = library.alone() if isinstance(library, _Inner) else library._get_module_for_linking()
+        module.link_in(found, preserve=True)
+
+
+def _below(library: Any) -> list[Any]:
+    """The libraries that one calls, and those that inner ones among them call; each after all that it calls."""
+    found: dict[Any, None] = {}
+
+    def visit(caller: Any) -> None:
+        for each in caller._linking_libraries:
+            if each not in found:
+                if isinstance(each, _Inner):
+                    visit(each)
+                found[each] = None
+
+    visit(library)
+    return list(found)
+
+
+def _compiling_into(kind: type) -> type[Compiler]:
+    class Compiling(Compiler):  # type: ignore[misc]
+        """Numba's compiler, into a library of this kind."""
+
+        def compile_extra(self, function: Any) -> Any:
+            self.state.library = kind(self.state.targetctx.codegen(), function.__qualname__)
+            self.state.library.enable_object_caching()
+            return super().compile_extra(function)
+
+    return Compiling
+
+
+INNER, OUTER = _compiling_into(_Inner), _compiling_into(_Outer)
