@@ -61,7 +61,7 @@ def make_space(
         "reader_size": len(arrays["reader"]),
     }
     made = record(fields, **numbers, **{name: address(array) for name, array in arrays.items()})
-    return made, arrays | kept_alive
+    return made, arrays | {f"held {name}": array for name, array in kept_alive.items()}
 
 
 @compiled(**INLINE)
