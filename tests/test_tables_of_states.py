@@ -303,6 +303,13 @@ REFUSED = {
     "unit": (lambda: with_table(Table("a", "kgg", *LINE)), "table a has the unit 'kgg'"),
     "argument": (lambda: with_table(Table("a", "N", *LINE, argument="mmm")), "table a has the unit 'mmm'"),
     "unknown symbol": (lambda: with_table(Table("a", "N", *LINE), argument=k), "generalized force of x uses k, which"),
+    "slope that jumps in T": (
+        lambda: with_table(
+            Table("a", "N", *LINE), quantities=[Quantity(s, Table("b", "m", *LINE)(x), "m", "height", rate=sdot)],
+            kinetic_energy=half * m * sdot**2 + half * m * xdot**2,
+        ),
+        "kinetic energy jumps at the points of the table b: its force would be an impulse, which is lost",
+    ),
     "infinite argument": (lambda: with_table(Table("a", "N", *LINE), argument=x / 0), "divided by zero"),
 }  # fmt: skip
 

@@ -17,6 +17,7 @@ from qddot.runner import abi
 from qddot.runner.dense.extremes import extremes, states_at
 from qddot.runner.frame.backward import cover, mirrored, mirrored_options
 from qddot.runner.frame.pieces import Recorder
+from qddot.runner.frame.projection import put_on
 from qddot.runner.frame.turns import points
 from qddot.runner.inputs.reader import reader_for
 from qddot.runner.inputs.signal import stack
@@ -64,6 +65,8 @@ class DenseOutput:
                 found[here] = states
 
         self._go_through(take)
+        if self._forward.held is not None:
+            put_on(self._forward, forward, found)
         return found
 
     def better(self, best: Numbers, start: float, end: float) -> None:

@@ -15,12 +15,13 @@ from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.constrained import compiled_work_size, distance, factorize, magnitude, solve, work_size
 from qddot.runner.machine.memory import LEAN, VIEW, address, floats, intrinsic, layout, matrix
 from qddot.runner.machine.pointers import call_kernel, caller, pointer
 from qddot.runner.matrices import scatter
-from qddot.runner.problem import Held
+from qddot.runner.problem import Held, Problem
 
 #: What a state is kept on, in addresses and lengths. constraints: their kernel, and how many there are of them, on
 #: positions the first n_positions; values, places (n_entries,): what the kernel writes, and where that stands; room:
@@ -116,6 +117,24 @@ def project(where, t, x):
     _solve_for(G, work, right, residuals)
     for i in range(n):
         v[i] += right[i]
+
+
+def put_on(problem: Problem, t: NDArray[np.float64], states: NDArray[np.float64]) -> None:
+    """Put states (m, n) at times t (m,) on the constraints of a problem that has some, no condition being held."""
+    assert problem.held is not None
+    table, n, constants = problem.inputs, states.shape[1], np.array(problem.constants)
+    u = np.zeros(max(1, len(table.first)))
+    found, kept_alive = projection_for(problem.held, n, constants, u)
+    _project_rows(found["project"], found["held"], table, reader_for(table), t, u, address(states), n)
+    del kept_alive, constants  # what the record points to
+
+
+@compiled()
+def _project_rows(function, held, table, reader, t, u, states, n):
+    """Project the states at an address, n numbers each, at times t."""
+    for i in range(len(t)):
+        evaluate(table, reader, t[i], t[i], len(table.first), u)
+        call_projection(function, held, t[i], states + 8 * n * i)
 
 
 @compiled(**LEAN)
