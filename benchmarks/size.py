@@ -18,9 +18,11 @@ from pathlib import Path
 from benchmarks.contest import say
 from benchmarks.timing import Table, Timing
 
-#: Numbers of links and of masses, and of those that take seconds.
-SIZES = {"pendulum": (8, 16, 32, 64), "chain": (10, 100, 300, 1000)}
-QUICK = {"pendulum": (4, 8), "chain": (10, 40)}
+#: Numbers of links, of masses and of wheels, and of those that take seconds.
+SIZES = {"pendulum": (8, 16, 32, 64), "chain": (10, 100, 300, 1000), "carrier": (4, 8, 16)}
+QUICK = {"pendulum": (4, 8), "chain": (10, 40), "carrier": (2, 4)}
+#: Where the models are that are none of the house's own.
+HOMES = {"carrier": "benchmarks.cases"}
 #: Seconds that one may take.
 LIMIT = 900
 
@@ -67,7 +69,8 @@ def measured(model: str, n: int) -> dict[str, float]:
     found: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         start = time.process_time()
-        file = generate(import_module(f"qddot.model.{model}").system(n), folder)
+        home = import_module(f"{HOMES.get(model, 'qddot.model')}.{model}")
+        file = generate(home.system(n), folder)
         found["generate"] = time.process_time() - start + resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         found["module"], found["tex"] = (Path(file).with_suffix(end).stat().st_size / 1e3 for end in (".py", ".tex"))
         from qddot.runner.load import load  # noqa: PLC0415

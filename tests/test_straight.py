@@ -16,7 +16,7 @@ from numba.core.errors import TypingError
 
 import qddot
 from qddot.runner import abi
-from qddot.runner.machine import straight_code, straight_parts
+from qddot.runner.machine import straight_code, straight_parts, straight_shapes
 from qddot.runner.machine.compiled import ARITHMETIC
 from qddot.runner.machine.straight import parsed, straight
 from qddot.runner.machine.straight_code import StrayError, check
@@ -131,8 +131,12 @@ def deeper(inner):
 
 
 @settings(max_examples=12, deadline=None, print_blob=True)
-@given(st.lists(st.recursive(LEAVES, deeper, max_leaves=6), min_size=3, max_size=12), st.randoms(use_true_random=False))
-def test_random_lines_in_one_function_and_in_parts(tmp_path_factory, expressions, chance):
+@given(
+    st.lists(st.recursive(LEAVES, deeper, max_leaves=6), min_size=3, max_size=12),
+    st.randoms(use_true_random=False),
+    st.sampled_from([1, 2, 1000]),
+)
+def test_random_lines_in_one_function_and_as_a_table(tmp_path_factory, expressions, chance, often):
     lines, known = [], list(NAMES)
     for k, expression in enumerate(expressions):
         lines.append(f"tmp_{k} = {expression} + 0.5 * {chance.choice(known)}")
@@ -143,18 +147,57 @@ def test_random_lines_in_one_function_and_in_parts(tmp_path_factory, expressions
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(straight_code, "WHOLE", 0)
-        patch.setattr(straight_parts, "PART", 8)
+        patch.setattr(straight_code, "SHORT", 0)
+        patch.setattr(straight_shapes, "OFTEN", often)
         assert results(function, compiled(function), len(expressions))[1] == pytest.approx(found, rel=1e-12, abs=1e-12)
 
 
-def test_parts_end_where_they_are_long_and_keep_what_others_read():
+def steps(text):
+    """The runs of a text, and the steps of the first."""
+    found = straight_parts.runs(ast.parse(text).body, {"math": math, "table": table})
+    return found, straight_shapes.steps_of(found[0], lambda node: node.value)
+
+
+def table():
+    """What may fail, for a text to call."""
+
+
+def test_a_call_that_may_fail_stands_between_runs():
     text = "\n".join([*(f"a_{k} = t * {k}.0" for k in range(9)), "b = table(a_0)", "values[0] = a_8 + b"])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(straight_parts, "PART", 3)
-        found = straight_parts.runs(ast.parse(text).body, {"math": math})
-    assert [run.apart for run in found] == [True, True, True, False, True]
-    assert [len(run.statements) for run in found] == [3, 3, 3, 1, 1]
-    assert straight_parts.frame(found) == {"a_0": 0, "a_8": 1}
+    found, first = steps(text)
+    assert [run.apart for run in found] == [True, False, True]
+    assert [len(run.statements) for run in found] == [9, 1, 1]
+    assert (len(first.shapes), len(first.steps), list(first.outside)) == (1, 9, ["t"])
+
+
+def test_what_repeats_is_one_shape_whatever_its_operands():
+    alike = [f"values[{k}] = {k + 2}.0 * (a_{k} - b_{k} * math.sin(a_{k + 1}))" for k in range(20)]
+    _, found = steps("\n".join(alike))
+    assert (len(found.shapes), len(found.steps)) == (1, 20)
+    _, found = steps("\n".join(alike[:3]))  # what is seldom is taken apart
+    assert {len(shape.indices) for shape in found.shapes} == {1, 3}
+    assert len(found.steps) == 9
+
+
+def test_steps_follow_those_they_need():
+    _, found = steps("a = t + 1.0\nb = a * a\nc = t - 2.0\nd = b + c * t\nvalues[3] = d")
+    levels = {step.value[1]: step.level for step in found.steps if step.value}
+    assert levels == {"a": 1, "b": 2, "c": 1, "d": 3}
+
+
+def test_where_order_matters_there_are_no_steps():
+    assert steps("values[0] = t + 1.0\na = values[1] + values[0]")[1] is None
+    assert steps("a = t + 1.0\na = a + 1.0")[1] is None
+
+
+def test_long_sums_have_their_signs(tmp_path, monkeypatch):
+    monkeypatch.setattr(straight_code, "WHOLE", 0)
+    monkeypatch.setattr(straight_code, "SHORT", 0)
+    lines = ["a, b = state[0], state[1]", "c = -a + b - 2.0 * a + a * b - constants[0]"]
+    lines += [f"values[{k}] = c * ({' + '.join(f'{j}.0 * a' for j in range(k + 4))} - b - c)" for k in range(5)]
+    function = written(tmp_path, "\n".join(lines))
+    expected, found = results(function, compiled(function), 5)
+    assert found == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from numba.core import cgutils
 from numba.core.typing import signature
 from numba.np.arrayobj import make_array
 
-from qddot.runner.machine.straight_parts import WHOLE, Run, frame, runs
+from qddot.runner.machine.straight_parts import SHORT, WHOLE, Run, expressions, runs
+from qddot.runner.machine.straight_tables import Loop, Table, tables
 
 #: The numba type of a value, and the value.
 Typed = tuple[Any, Any]
@@ -36,7 +37,7 @@ def check(function: ast.FunctionDef, names: Mapping[str, Any]) -> None:
         inner = statement.body if isinstance(statement, ast.For) and _is_counted(statement) else [statement]
         if not all(_is_simple(each) for each in inner):
             raise StrayError
-        nodes = [node for node in ast.walk(statement) if isinstance(node, ast.expr)]
+        nodes = expressions(statement)[1:]
         stored = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
         own = {node.id for node in stored}
         before = known | own if isinstance(statement, ast.For) else known
@@ -120,34 +121,37 @@ class StraightCode:
         if sum(run.length for run in found) <= WHOLE:
             self.run(statements)
             return
-        self._kept = frame(found)
-        self._frame = cgutils.alloca_once(self._builder, _DOUBLE, size=_WORD(len(self._kept)))
+        made, self._kept, length = tables(found, lambda node: float(self._typed(node)[1].constant), SHORT)
+        self._frame = cgutils.alloca_once(self._builder, _DOUBLE, size=_WORD(length))
+        for name in self._kept.keys() & self._values.keys():
+            self.name(name, self._values[name])
         for k, run in enumerate(found):
-            if run.apart:
-                self._part(f"{self._builder.function.name}.part_{k}", run)
+            if k in made:
+                self._apart(f"{self._builder.function.name}.part_{k}", run, made[k])
             else:
                 self.run(run.statements)
 
-    def _part(self, name: str, run: Run) -> None:
-        """Statements as a function of their own, and its call."""
+    def _apart(self, name: str, run: Run, table: Table) -> None:
+        """A table as a function of its own, and its call."""
         read = run.reads | run.sets
         items = {each: self._items[each] for each in sorted(read & self._items.keys())}
-        values = {each: self._values[each] for each in sorted(read & self._values.keys() - items.keys())}
+        values = {each: self._values[each] for each in sorted((read & self._values.keys()) - items.keys())}
         given = [self._frame, *chain.from_iterable(items.values()), *(value for _, value in values.values())]
         kind = ir.FunctionType(ir.VoidType(), [each.type for each in given])
         function = ir.Function(self._builder.module, kind, name)
         function.linkage = "internal"
         function.attributes.add("noinline")
+        function.attributes.add("minsize")  # unrolled loops take twice the time to compile, and as much to run
         function.attributes.add("nounwind")
         for argument in function.args:
             if isinstance(argument.type, ir.PointerType):
-                argument.add_attribute("noalias")  # or the schedulers would compare every load with every store
+                argument.add_attribute("noalias")
         inner = StraightCode(self._context, ir.IRBuilder(function.append_basic_block("entry")), self._names)
-        inner._frame, inner._kept, arguments = function.args[0], self._kept, iter(function.args[1:])
+        arguments = iter(function.args[1:])
         inner._items = {each: (next(arguments), next(arguments)) for each in items}
         inner._values = {each: (self._values[each][0], None) for each in items}
         inner._values |= {each: (kind, next(arguments)) for each, (kind, _) in values.items()}
-        inner.run(run.statements)
+        Loop(inner, inner._builder, table, function.args[0]).emit()
         inner._builder.ret_void()
         self._builder.call(function, given)
 
@@ -168,7 +172,7 @@ class StraightCode:
 
     def _assign(self, target: ast.expr, value: ast.expr) -> None:
         if not isinstance(target, ast.Tuple):
-            self._store(target, self._typed(value))
+            self.store(target, self._typed(value))
             return
         if isinstance(value, ast.Tuple):
             found = [self._typed(part) for part in value.elts]
@@ -176,9 +180,10 @@ class StraightCode:
             kinds, together = self._typed(value)
             found = [(kind, self._builder.extract_value(together, k)) for k, kind in enumerate(kinds)]
         for part, each in zip(target.elts, found, strict=True):
-            self._store(part, each)
+            self.store(part, each)
 
-    def _store(self, target: Any, value: Typed) -> None:
+    def store(self, target: Any, value: Typed) -> None:
+        """A value goes into an item of an array, or is named."""
         if isinstance(target, ast.Name):
             self.name(target.id, value)
             return
@@ -214,7 +219,8 @@ class StraightCode:
     def _index(self, node: ast.expr) -> Any:
         return _WORD(node.value) if isinstance(node, ast.Constant) else self._typed(node)[1]
 
-    def _number(self, node: ast.expr) -> Any:
+    def number(self, node: ast.expr) -> Any:
+        """The value of an expression as a float64."""
         return self._cast(self._typed(node))
 
     def _cast(self, value: Typed, kind: Any = types.float64) -> Any:
@@ -232,10 +238,10 @@ class StraightCode:
     def _opposite(self, node: ast.UnaryOp) -> Typed:
         if isinstance(node.op, ast.Not):
             return types.boolean, self._builder.not_(self._typed(node.operand)[1])
-        return types.float64, self._builder.fneg(self._number(node.operand))
+        return types.float64, self._builder.fneg(self.number(node.operand))
 
     def _compared(self, node: ast.Compare) -> Typed:
-        left, right, relation = self._number(node.left), self._number(node.comparators[0]), type(node.ops[0])
+        left, right, relation = self.number(node.left), self.number(node.comparators[0]), type(node.ops[0])
         compare = self._builder.fcmp_unordered if relation is ast.NotEq else self._builder.fcmp_ordered
         return types.boolean, compare(_RELATIONS[relation], left, right)
 
@@ -253,13 +259,13 @@ class StraightCode:
         while isinstance(first, ast.BinOp):
             line.append(first)
             first = first.left
-        value = self._number(first)
+        value = self.number(first)
         for each in reversed(line):
             if isinstance(each.op, ast.Pow):
                 whole = types.int64, _WORD(each.right.value)  # type: ignore[attr-defined]
                 value = self._cast(self._called(operator.pow, [(types.float64, value), whole]))
             else:
-                value = getattr(self._builder, _ARITHMETIC[type(each.op)])(value, self._number(each.right))
+                value = getattr(self._builder, _ARITHMETIC[type(each.op)])(value, self.number(each.right))
         return types.float64, value
 
     def _junction(self, node: ast.BoolOp) -> Typed:
@@ -274,9 +280,9 @@ class StraightCode:
         """One of two values, of which the other is not computed."""
         with self._builder.if_else(self._typed(node.test)[1]) as (then, otherwise):
             with then:
-                one, first = self._number(node.body), self._builder.block
+                one, first = self.number(node.body), self._builder.block
             with otherwise:
-                other, second = self._number(node.orelse), self._builder.block
+                other, second = self.number(node.orelse), self._builder.block
         value = self._builder.phi(_DOUBLE)
         value.add_incoming(one, first)
         value.add_incoming(other, second)
