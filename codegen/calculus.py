@@ -1,6 +1,6 @@
 """Derivatives that see through named quantities: the chain rule instead of substitution, so that names survive."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import symengine as se
@@ -12,6 +12,8 @@ Vector = tuple[Any, ...]
 
 #: A derivative of a quantity of more operations than this is a quantity itself.
 _LONG = 10
+#: Terms of a sum within a product whose derivatives are taken one by one.
+_MANY = 8
 #: What SymEngine makes of a division by zero.
 _NO_NUMBERS = frozenset(("ComplexInfinity", "Infinity", "NegativeInfinity", "NaN"))
 
@@ -38,6 +40,7 @@ class Definitions:
         self._fixed, self._names = fixed, names
         self._reach: dict[Any, frozenset[Any]] = {}
         self._slopes: dict[tuple[Any, Any], Any] = {}
+        self._sums: dict[Any, dict[Any, Any]] = {}
         for symbol, expression in self.expressions.items():
             self._reach[symbol] = self.base_symbols(expression)
 
@@ -60,13 +63,11 @@ class Definitions:
         wanted = set(variables)
         parts: dict[Any, list[Any]] = {}
         for term in terms(expression):
-            for symbol in term.free_symbols:
-                reached = self._reach.get(symbol, {symbol}) & wanted
-                if reached:
-                    outer = self._derivative(term, symbol)
-                    for variable in reached:
-                        inner = self._slope(symbol, variable)
-                        parts.setdefault(variable, []).append(outer if inner is None else outer * inner)
+            symbols = {symbol: self._reach.get(symbol, {symbol}) & wanted for symbol in term.free_symbols}
+            for symbol, outer in self._derivatives(term, [symbol for symbol, reached in symbols.items() if reached]):
+                for variable in symbols[symbol]:
+                    inner = self._slope(symbol, variable)
+                    parts.setdefault(variable, []).append(outer if inner is None else outer * inner)
         sums = {variable: se.Add(*found) for variable, found in parts.items()}
         return {variable: total for variable, total in sums.items() if total != 0}
 
@@ -91,6 +92,31 @@ class Definitions:
             if symbol in needed:
                 needed |= definition.free_symbols
         return needed & self.expressions.keys()
+
+    def _derivatives(self, term: Any, symbols: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
+        """Partial derivatives by symbols; of a product with a long sum by way of the derivatives of its terms."""
+        factors = term.args if isinstance(term, se.Mul) else ()
+        long = [part for part in factors if isinstance(part, se.Add)]
+        if len(long) != 1 or len(long[0].args) < _MANY or term.atoms(se.Piecewise, se.FunctionSymbol):
+            yield from ((symbol, self._derivative(term, symbol)) for symbol in symbols)
+            return
+        total, rest = long[0], se.Mul(*(part for part in factors if part is not long[0]))
+        slopes, within = self._slopes_of_sum(total, symbols), rest.free_symbols
+        for symbol in symbols:
+            inside = rest * slopes[symbol] if symbol in slopes else se.Integer(0)
+            yield symbol, inside + total * rest.diff(symbol) if symbol in within else inside
+
+    def _slopes_of_sum(self, total: Any, symbols: Iterable[Any]) -> dict[Any, Any]:
+        """Partial derivatives of a sum by symbols that it holds, and what others are known; kept."""
+        known = self._sums.setdefault(total, {})
+        missing = total.free_symbols.intersection(symbols) - known.keys()
+        if missing:
+            found: dict[Any, list[Any]] = {symbol: [] for symbol in missing}
+            for term in total.args:
+                for symbol, slope in self._derivatives(term, missing & term.free_symbols):
+                    found[symbol].append(slope)
+            known |= {symbol: se.Add(*parts) for symbol, parts in found.items()}
+        return known
 
     def _derivative(self, expression: Any, symbol: Any) -> Any:
         """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""

@@ -2,6 +2,7 @@
 function of the runner solves for accelerations and multipliers, which the rest of a kernel reads."""
 
 import ast
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -205,12 +206,7 @@ def runtime_names(text: str, equations: Equations) -> dict[str, list[str]]:
     if not equations.solved_at_run_time:
         return {}
     home = "constrained" if equations.constraints else "coupled"
-    called = {
-        node.func.id
-        for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-    }
-    return {home: sorted(called & _RUNTIME[home])}
+    return {home: sorted(name for name in _RUNTIME[home] if re.search(rf"\b{name}\(", text))}
 
 
 def refuse_size(equations: Equations) -> None:

@@ -1,6 +1,7 @@
 """From models to files: write what the models give, or show how the files differ from it."""
 
 import difflib
+import gc
 import os
 import reprlib
 import subprocess
@@ -68,13 +69,25 @@ def artefacts(system: System, source: str, files: Mapping[str, str] = MappingPro
 
     source: as headers say it; files: the digests of what was read, by what headers call it, see `qddot.origin`.
     """
-    equations = derive(system)
+    with _cycles_left_alone():
+        equations = derive(system)
+        try:
+            kernels = module(lower(equations), source, [origin.line(*each) for each in files.items()])
+            check_module(kernels)
+        except ModelError as error:
+            raise ModelError(f"model {system.name}: {error}") from error
+        return {f"{system.name}.py": kernels, f"{system.name}.tex": tex(describe(equations, source, _MOST_TERMS))}
+
+
+@contextmanager
+def _cycles_left_alone() -> Iterator[None]:
+    """Within the block Python looks for cycles a hundredth as often: expressions hold none, however many they are."""
+    before = gc.get_threshold()
+    gc.set_threshold(100 * before[0], *before[1:])
     try:
-        kernels = module(lower(equations), source, [origin.line(*each) for each in files.items()])
-        check_module(kernels)
-    except ModelError as error:
-        raise ModelError(f"model {system.name}: {error}") from error
-    return {f"{system.name}.py": kernels, f"{system.name}.tex": tex(describe(equations, source, _MOST_TERMS))}
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 def formatted(texts: Mapping[str, str]) -> dict[str, str]:

@@ -126,6 +126,7 @@ class _Lowering:
         self._positions = vector_writes("values", equations.positions.values())
         self.reads: frozenset[Any] = frozenset(base) | (equations.solution if solves else frozenset())
         self.assignments: tuple[Assignment, ...] = ()
+        self._simplified: dict[Any, Any] = {}
         self._assign(self.drafts.parameter_assignments)
 
     def rhs(self) -> Kernel:
@@ -155,7 +156,7 @@ class _Lowering:
         temporaries = tuple(item for item in draft.temporaries if item[0] not in self.reads)
         known = {expression: symbol for symbol, expression in self.assignments}
         kernel = inline(prune(Kernel(self.reads, temporaries, draft.writes)), self.author, self.derivatives)
-        return optimize(kernel, self.author, known, self.names.copy())
+        return optimize(kernel, self.author, known, self.names.copy(), self._simplified)
 
     def positions(self) -> Kernel:
         """Where inputs act: read from the parameters alone, before there are constants."""
@@ -164,18 +165,26 @@ class _Lowering:
 
     def _assign(self, constants: tuple[Assignment, ...]) -> None:
         self.assignments += constants
+        self._simplified = {}
         self.reads |= {symbol for symbol, _ in constants}
 
 
-def optimize(kernel: Kernel, author: frozenset[Any], known: Mapping[Any, Any], names: Names) -> Kernel:
+def optimize(
+    kernel: Kernel,
+    author: frozenset[Any],
+    known: Mapping[Any, Any],
+    names: Names,
+    memo: dict[Any, Any] | None = None,
+) -> Kernel:
     """All rules in their order.
 
-    author: quantities that keep their names and places. known: expression -> the constant that has its value.
+    author: quantities that keep their names and places. known: expression -> the constant that has its value. memo: see
+    `simplify`, of kernels with the same constants.
     """
     kernel = inline(prune(kernel), author)
     if (fewer := without_zeros(kernel)) is not kernel:
         kernel = inline(prune(fewer), author)
-    kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect, front))
+    kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect, front), memo)
     kernel = inline(share(kernel, names, known), author)
     return prune(simplify(kernel, (folded(known),))).checked()
 

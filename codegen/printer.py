@@ -34,6 +34,7 @@ class Printer:
     def __init__(self, rank: Mapping[Any, int]) -> None:
         self._rank = rank
         self._printed: dict[Any, tuple[str, int]] = {}
+        self._keys: dict[Any, tuple[bool, int, str]] = {}
 
     def __call__(self, expression: Any) -> str:
         """The text of an expression."""
@@ -155,8 +156,12 @@ class Printer:
 
     def _factor_key(self, expression: Any) -> tuple[bool, int, str]:
         """Where a factor stands in a product: constants first, sums last."""
-        ranks = [self._rank.get(symbol, -1) for symbol in expression.free_symbols]
-        return isinstance(expression, se.Add), -max(ranks, default=len(self._rank)), self._print(expression)[0]
+        found = self._keys.get(expression)
+        if found is None:
+            ranks = [self._rank.get(symbol, -1) for symbol in expression.free_symbols]
+            text = self._print(expression)[0]
+            found = self._keys[expression] = isinstance(expression, se.Add), -max(ranks, default=len(self._rank)), text
+        return found
 
 
 def double(number: Any) -> float:

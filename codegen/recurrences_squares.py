@@ -70,7 +70,8 @@ def _terms(equations: Equations, expression: Any, factor: Any) -> Iterator[tuple
 
 def _parts(equations: Equations, speed: Any, q: set[Any]) -> Iterator[tuple[Place, Any]]:
     """((i, g), number) of the terms number * g * v_i of a speed."""
-    slopes = [se.expand(speed.diff(rate)) for rate in equations.velocities]
+    held = speed.free_symbols
+    slopes = [se.expand(speed.diff(rate)) if rate in held else se.Integer(0) for rate in equations.velocities]
     _check_rate(equations, slopes)
     rest = speed - dot(slopes, equations.velocities)
     for i, slope in enumerate(slopes):

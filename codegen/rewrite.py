@@ -39,13 +39,22 @@ def rebuild(expression: Any, arguments: list[Any]) -> Any:
     return condition(*arguments) if condition else expression.func(*arguments)
 
 
-def replaced(expression: Any, found: Mapping[Any, Any]) -> Any:
-    """An expression with the nodes in `found` replaced, from the outermost down; in what takes their place, too."""
+def replaced(expression: Any, found: Mapping[Any, Any], memo: dict[Any, Any] | None = None) -> Any:
+    """An expression with the nodes in `found` replaced, from the outermost down; in what takes their place, too.
+
+    memo: what became of nodes, shared among calls with the same `found`.
+    """
+    before = expression.args
     if expression in found:
-        return replaced(found[expression], found)
-    if not expression.args:
+        return replaced(found[expression], found, memo)
+    if not before:
         return expression
-    return rebuild(expression, [replaced(part, found) for part in expression.args])
+    memo = {} if memo is None else memo
+    if expression not in memo:
+        after = [replaced(part, found, memo) for part in before]
+        same = all(old is new for old, new in zip(before, after, strict=True))
+        memo[expression] = expression if same else rebuild(expression, after)
+    return memo[expression]
 
 
 def inequalities(expression: Any) -> Iterator[Any]:

@@ -44,7 +44,9 @@ def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozense
 
     mere: those that go where they are used once, however long.
     """
-    uses = Counter(symbol for expression in kernel.expressions for symbol in _leaves(expression))
+    if not kernel.temporaries:
+        return kernel
+    uses = _uses(kernel.expressions)
     values: dict[Any, Any] = {}
     kept: list[Assignment] = []
 
@@ -62,9 +64,12 @@ def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozense
     return kernel.replace(kept, [(slot, settle(expression)) for slot, expression in kernel.writes])
 
 
-def simplify(kernel: Kernel, changes: Sequence[Change]) -> Kernel:
-    """Apply local changes, one after the other, to every node from the leaves up, in one walk."""
-    memo: dict[Any, Any] = {}
+def simplify(kernel: Kernel, changes: Sequence[Change], memo: dict[Any, Any] | None = None) -> Kernel:
+    """Apply local changes, one after the other, to every node from the leaves up, in one walk.
+
+    memo: what became of nodes that were met before, in kernels that had the same changes.
+    """
+    memo = {} if memo is None else memo
 
     def change(node: Any) -> Any:
         for step in changes:
@@ -158,10 +163,21 @@ def folded(known: Mapping[Any, Any]) -> Change:
     return change
 
 
-def _leaves(expression: Any) -> list[Any]:
-    """Symbols of an expression, as often as they occur."""
-    if not expression.args:
-        return [] if is_number(expression) else [expression]
-    if is_square(expression):
-        return 2 * _leaves(expression.args[0])
-    return [leaf for part in expression.args for leaf in _leaves(part)]
+def _uses(expressions: Sequence[Any]) -> Counter[Any]:
+    """How often each node occurs in expressions: as often as it is written out there."""
+    met: dict[Any, tuple[Any, ...]] = {}  # each node behind those that it is made of
+
+    def meet(node: Any) -> None:
+        if node not in met:
+            parts = node.args[:1] if is_square(node) else node.args
+            for part in parts:
+                meet(part)
+            met[node] = parts
+
+    for expression in expressions:
+        meet(expression)
+    uses = Counter(expressions)
+    for node, parts in reversed(met.items()):
+        for part in parts:
+            uses[part] += 2 * uses[node] if is_square(node) else uses[node]
+    return uses

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 import symengine as se
@@ -110,10 +111,11 @@ class _Sharing:
             for part in self.parts[node]:
                 holders.setdefault(part, {})[i] = None
         for i, node in enumerate(nodes):
-            meetings = Counter(j for part in self.parts[node] for j in holders.get(part, ()) if j > i)
-            for j, count in sorted(meetings.items(), key=lambda item: (-item[1], item[0])):
-                if count > 1:
-                    self._join(kind, nodes, holders, i, j)
+            *few, many = sorted((holders.get(part, {}) for part in self.parts[node]), key=len) or [{}]
+            meetings = Counter(chain.from_iterable(few))  # who meets in two parts meets in one of these
+            counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
+            for _, j in sorted((-count, j) for count, j in counts if count > 1):
+                self._join(kind, nodes, holders, i, j)
 
     def _join(self, kind: type, nodes: list[Any], holders: dict[Any, dict[int, None]], i: int, j: int) -> None:
         """Give what two nodes share a symbol, in all nodes from these on that hold it."""

@@ -21,23 +21,26 @@ def check_module(text: str) -> None:
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = _line(text, getattr(error, "lineno", None) or 0)
         raise ModelError(f"what it gives is no Python: {line}{error.args[0]}") from error
-    for node in _nodes(tree):
-        if isinstance(node, ast.Constant) and not _is_sound(node.value):
-            raise ModelError(f"{_line(text, node.lineno)}a number that no double or integer of 64 bits holds")
     known = {*_imported(tree.body), *_defined(tree.body)}
     for statement in tree.body:
+        parts = statement.body if isinstance(statement, ast.FunctionDef) else [statement]
+        nodes = [node for part in parts for node in _nodes(part)]
+        for node in nodes:
+            if isinstance(node, ast.Constant) and not _is_sound(node.value):
+                raise ModelError(f"{_line(text, node.lineno)}a number that no double or integer of 64 bits holds")
         if isinstance(statement, ast.FunctionDef):
-            _check_kernel(statement, known, text)
+            _check_kernel(statement, nodes, known, text)
 
 
-def _check_kernel(function: ast.FunctionDef, known: Set[str], text: str) -> None:
+def _check_kernel(function: ast.FunctionDef, nodes: Sequence[ast.AST], known: Set[str], text: str) -> None:
     """Each name means one thing: an argument, a local that is assigned once, or what the module or Python has."""
-    nodes = [node for part in function.body for node in _nodes(part)]
-    names = sorted((node for node in nodes if isinstance(node, ast.Name)), key=lambda node: node.lineno)
+    names = [node for node in nodes if isinstance(node, ast.Name)]
     stored = [node for node in names if isinstance(node.ctx, ast.Store)]
     read = [node for node in names if isinstance(node.ctx, ast.Load)]
     own = Counter(argument.arg for argument in function.args.args) + Counter(node.id for node in stored)
-    first = {node.id: node.lineno for node in reversed(stored)}
+    first: dict[str, int] = {}
+    for node in stored:
+        first[node.id] = min(node.lineno, first.get(node.id, node.lineno))
     used = {*_called(nodes), *(node.id for node in read if node.lineno <= first.get(node.id, -inf))}
     for name, times in own.items():
         if times > 1 or name in used:
@@ -48,18 +51,25 @@ def _check_kernel(function: ast.FunctionDef, known: Set[str], text: str) -> None
             raise ModelError(f"{line}{node.id} is no number, and no name that {function.name} knows")
 
 
-def _nodes(root: ast.AST) -> Iterator[ast.AST]:
-    """As `ast.walk`, but for the contexts of names, which are half of what there is, and in some order."""
-    stack = [root]
+def _nodes(root: ast.AST) -> list[ast.AST]:
+    """As `ast.walk` in a quarter of its time, without operators and contexts of names, and in some order."""
+    stack, found = [root], list[ast.AST]()
     while stack:
         node = stack.pop()
-        yield node
-        for name in node._fields:
-            value = getattr(node, name, None)
-            if isinstance(value, list):
-                stack.extend(each for each in value if isinstance(each, ast.AST))
-            elif isinstance(value, ast.AST) and name != "ctx":
-                stack.append(value)
+        found.append(node)
+        kind = type(node)
+        if kind is ast.BinOp:
+            stack += (node.left, node.right)  # type: ignore[attr-defined]
+        elif kind is ast.Subscript:
+            stack += (node.value, node.slice)  # type: ignore[attr-defined]
+        elif kind is not ast.Name and kind is not ast.Constant:
+            for name in node._fields:
+                value = getattr(node, name, None)
+                if isinstance(value, list):
+                    stack += (each for each in value if isinstance(each, ast.AST))
+                elif isinstance(value, ast.AST):
+                    stack.append(value)
+    return found
 
 
 def _called(nodes: Sequence[ast.AST]) -> Iterator[str]:

@@ -31,8 +31,9 @@ def without_zeros(kernel: Kernel) -> Kernel:
     for _ in range(_MOST_ROUNDS):
         if not (found := _proven(kernel.temporaries, [expression for _, expression in kernel.writes])):
             return kernel
-        temporaries = [(symbol, replaced(expression, found)) for symbol, expression in kernel.temporaries]
-        writes = [(slot, replaced(expression, found)) for slot, expression in kernel.writes]
+        memo: dict[Any, Any] = {}
+        temporaries = [(symbol, replaced(expression, found, memo)) for symbol, expression in kernel.temporaries]
+        writes = [(slot, replaced(expression, found, memo)) for slot, expression in kernel.writes]
         kernel = kernel.replace(temporaries, writes)
     return kernel
 

@@ -7,6 +7,9 @@ from sympy import Add, Rational, Symbol, symbols
 from qddot.model.scene import Damper, Point, Polygon, Spring
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
+#: The most masses that are drawn: more are finer than a page shows.
+DRAWN = 40
+
 
 def system(n: int = 10) -> System:
     """Give a row of n masses: the first hangs on the shaken base, the last is free. Its name: chain, or chain_n."""
@@ -32,7 +35,9 @@ def system(n: int = 10) -> System:
         outputs=(
             Output(Symbol("base_force"), k * (w - q[0]) + c * (wdot - qdot[0]), "N", "force of the base on the chain"),
         ),
-        scene=(
+        scene=()
+        if n > DRAWN
+        else (
             Polygon([(-0.03, -0.12), (0, -0.12), (0, 0.12), (-0.03, 0.12)], at=(places[0], 0), colour="grey"),
             *(Spring((start, 0.025), (end, 0.025), 0.03) for start, end in links),
             *(Damper((start, -0.025), (end, -0.025), 0.02) for start, end in links),
