@@ -24,6 +24,8 @@ _DIGITS, _STEP, _ZERO, _NOISE = 100, 1e-20, 1e-14, 1e-90
 _SIZES = (0.1, 1.0, 0.01, 10.0, 1e-3, 100.0)
 #: Points at which a pivot must vanish, with none where it does not, to vanish by structure.
 _WITNESSES = 3
+#: Terms of T that stand in one row: Python reads no more than some 3000.
+_LONGEST_SUM = 1000
 
 Quantities = Mapping[Symbol, Expr]
 Matrix = list[list[Any]]
@@ -191,8 +193,10 @@ def _energy_function(
     assignments = list(quantities.items())
     held = (value.func for each in (kinetic_energy, *quantities.values()) for value in each.atoms(Value))
     tables = {function.__name__: function.at for function in held}
-    values = lambdify(arguments, [kinetic_energy], modules=[tables, modules], cse=lambda terms: (assignments, terms))
-    return lambda *point: values(*point)[0]
+    terms = Add.make_args(kinetic_energy)
+    parts = [Add(*terms[k : k + _LONGEST_SUM]) for k in range(0, len(terms), _LONGEST_SUM)]
+    values = lambdify(arguments, parts, modules=[tables, modules], cse=lambda terms: (assignments, terms))
+    return lambda *point: sum(values(*point))
 
 
 def _massless(matrix: Matrix, zero: float) -> list[Any]:

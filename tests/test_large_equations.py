@@ -3,6 +3,7 @@
 import re
 
 import symengine as se
+from sympy import Add, symbols
 
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.tex import tex
@@ -10,6 +11,7 @@ from qddot.codegen.generate import _MOST_TERMS
 from qddot.codegen.lagrange import derive
 from qddot.codegen.printer import Printer
 from qddot.model import chain, m113
+from qddot.model.inertia import Inertia, inertia
 
 
 def test_a_large_model_has_its_first_equations_and_says_how_many_are_left_out():
@@ -46,3 +48,11 @@ def test_a_sum_of_thousands_of_terms_is_python():
     text = Printer({symbol: k for k, symbol in enumerate(symbols)})(se.Add(*terms))
     found = eval(text, {f"x_{k}": float(k) for k in range(5000)})
     assert found == sum(-k if k % 3 else k for k in range(5000))
+
+
+def test_a_kinetic_energy_of_thousands_of_terms_is_judged():
+    """Python reads no sum of more than some 3000 terms in one piece."""
+    v, masses = symbols("v_1 v_2"), symbols("m_1:3501")
+    defaults = dict.fromkeys(masses, 1.0)
+    energy = Add(*(m * v[k % 2] ** 2 / 2 for k, m in enumerate(masses)))
+    assert inertia(energy, v, {}, defaults) == Inertia()
