@@ -49,7 +49,7 @@ def read_tables(module: ModuleType) -> Tables:
     parameters = _records(module, "PARAMETER", Parameter, (str, (int, float), str, str))
     coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
     _check_sizes(module, len(states), coordinates, len(inputs), rhs_inputs)
-    constraints, modes = _constraints(module), sum(channel.input == STATE for channel in inputs)
+    constraints, modes = _constraints(module), sum(channel.is_mode for channel in inputs)
     tables = Tables(
         name=_entry(module, "NAME", str),
         title=_entry(module, "TITLE", str),
@@ -221,7 +221,7 @@ def _check_channels(module: ModuleType, tables: Tables) -> None:
     for channel, place in zip(tables.inputs, places, strict=True):
         if places.count(place) > 1 and channel.input not in (TIME, STATE):
             raise _fail(module, f"INPUT has {channel.what} of {channel.input!r} twice")
-    if any(channel.input == STATE for channel in tables.courses):
+    if any(channel.is_mode for channel in tables.courses):
         raise _fail(module, "INPUT has a mode before another channel")
 
 

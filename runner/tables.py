@@ -35,6 +35,11 @@ class Channel:
     meaning: str
 
     @property
+    def is_mode(self) -> bool:
+        """Whether it holds a condition in the state; an input may be called as these are."""
+        return self.input == STATE and self.order == 0 and self.name != STATE
+
+    @property
     def what(self) -> str:
         """What it is, of its input."""
         return ("the value", "the rate", "the second rate")[self.order]
@@ -149,7 +154,7 @@ class Tables:
     @property
     def modes(self) -> tuple[str, ...]:
         """Names of the channels that hold conditions in the state on a side, the last ones."""
-        return tuple(channel.name for channel in self.inputs if channel.input == STATE)
+        return tuple(channel.name for channel in self.inputs if channel.is_mode)
 
     @property
     def courses(self) -> tuple[Channel, ...]:
