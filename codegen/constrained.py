@@ -1,16 +1,19 @@
 """Constraints derived: M qddot + G' lambda = f with G qddot = gamma, and what vanishes of positions and velocities."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import symengine as se
+from sympy import Piecewise
 
 from qddot.codegen.calculus import Vector, by
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.motion import Motion
 from qddot.codegen.rules import tidy
 from qddot.model.constraints import Constraint, constrained, reaction_symbol
+from qddot.model.events import Impact
+from qddot.model.resting import force_unit
 from qddot.model.system import System
 
 
@@ -46,10 +49,10 @@ class Constraints:
         return len(self.multipliers)
 
 
-def derive_constraints(system: System, expressions: Sequence[Any], motion: Motion) -> Constraints:
-    """The constraints of a checked system; expressions: theirs, in the order of kernels."""
-    given = in_order(system)
-    pairs = [_residual_and_rate(*each, motion) for each in zip(given, expressions, strict=True)]
+def derive_constraints(system: System, expressions: Mapping[Any, Any], motion: Motion) -> Constraints:
+    """The constraints of a checked system; expressions: theirs, of contacts that rest among them, by what they are."""
+    given = positions_first(expressions)
+    pairs = [_residual_and_rate(each, expressions[each], motion) for each in given]
     residuals, rates = zip(*pairs, strict=True)
     matrix = _entries(rates, motion, motion.v)
     drifts = [se.Add(*(-part for part in _moved(rate, motion))) for rate in rates]
@@ -69,9 +72,20 @@ def derive_constraints(system: System, expressions: Sequence[Any], motion: Motio
     )
 
 
+def contact(system: System, impact: Impact) -> Constraint:
+    """The constraint that an impact is while it rests, and says nothing while it does not; its multiplier pushes."""
+    expression = -Piecewise((1, impact.rests_symbol > 0), (0, True)) * impact.function
+    return Constraint(impact.force_symbol, expression, force_unit(system, impact), impact.meaning)
+
+
 def in_order(system: System) -> list[Any]:
     """The constraints of a system as kernels have them: those on positions first."""
-    return sorted(system.constraints, key=lambda each: not isinstance(each, Constraint))
+    return positions_first(system.constraints)
+
+
+def positions_first(constraints: Iterable[Any]) -> list[Any]:
+    """Constraints as kernels have them."""
+    return sorted(constraints, key=lambda each: not isinstance(each, Constraint))
 
 
 def _residual_and_rate(constraint: Any, expression: Any, motion: Motion) -> tuple[Any, Any]:

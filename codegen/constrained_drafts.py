@@ -10,13 +10,14 @@ from typing import Any
 
 import symengine as se
 
-from qddot.codegen.drafts import Draft, Matrix, Write, balance, matrix_writes, vector_writes
+from qddot.codegen.drafts import Draft, Matrix, Write, balance, event_writes, matrix_writes, vector_writes
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
+from qddot.model.resting import MOST
 from qddot.model.system import ModelError
 
-#: Most coordinates and constraints together: a dense solution that stands on the stack.
-MOST = 200
+#: What stands before the names of kernels that hold contacts which rest; kernels that are seen whether they do or not.
+RESTING, SEEN = "resting_", ("energy", "outputs")
 #: Arrays that a kernel fills before it solves.
 SYSTEM = ("mass_matrix", "constraint_matrix", "right_side", "residuals", "coordinates")
 #: Arrays whose columns become derivatives of accelerations.
@@ -51,24 +52,49 @@ class ConstrainedDrafts:
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
         equations = self._equations
-        velocities: Matrix = {(k, self._n + k): se.Integer(1) for k in range(self._n)}
-        energies = (equations.kinetic, equations.potential, equations.dissipated_power, equations.input_power)
         return {
-            "jacobian": self._draft((*matrix_writes(velocities), *self._slopes(equations.state))),
+            "jacobian": self._draft((*self._unit_rows(), *self._slopes(equations.state))),
             "input_jacobian": self._draft(tuple(self._slopes(equations.channels))),
             "mass": self._draft(matrix_writes(equations.mass)),
-            "energy": self._draft(vector_writes("values", energies)),
-            "outputs": self._draft(vector_writes("values", equations.outputs)),
-            **({"events": self._draft(vector_writes("values", equations.events))} if equations.events else {}),
+            **self.seen(),
+            **({"events": self.events()} if equations.events else {}),
             **({"scene": self._draft(vector_writes("values", equations.scene))} if equations.scene else {}),
             **self._on_constraints(),
         }
+
+    def at_rest(self) -> Mapping[str, Draft]:
+        """What takes the place of other kernels while a contact rests, where it is among the constraints."""
+        velocities, matrix = self._unit_rows(), dict(self._equations.mass) | self._residuals()
+        kernels = {
+            "rhs": self.rhs(),
+            "jacobian": self._draft((*velocities, *self._slopes(self._equations.state))),
+            "constraints": self._draft(matrix_writes(matrix)),
+            "events": self.events(),
+        }
+        return {f"{RESTING}{name}": draft for name, draft in kernels.items()}
+
+    def seen(self) -> Mapping[str, Draft]:
+        """What is told of a state: the kernels in SEEN."""
+        equations = self._equations
+        energies = (equations.kinetic, equations.potential, equations.dissipated_power, equations.input_power)
+        return {
+            name: self._draft(vector_writes("values", values))
+            for name, values in zip(SEEN, (energies, equations.outputs), strict=True)
+        }
+
+    def events(self) -> Draft:
+        """Functions of the events, then the values that they give."""
+        return self._draft(event_writes(self._equations))
 
     def _on_constraints(self) -> Mapping[str, Draft]:
         if not self._equations.constraints:
             return {}
         matrices = {"constraints": dict(self._equations.mass) | self._residuals(), "tangent": self._tangent()}
         return {name: self._draft(matrix_writes(entries)) for name, entries in matrices.items()}
+
+    def _unit_rows(self) -> tuple[Write, ...]:
+        """The derivatives of qdot."""
+        return matrix_writes({(k, self._n + k): se.Integer(1) for k in range(self._n)})
 
     def balance(self) -> Draft | None:
         """As that of `Drafts`; nothing where there are constraints."""
@@ -203,10 +229,13 @@ def solving_names() -> frozenset[str]:
 
 def runtime_names(text: str, equations: Equations) -> dict[str, list[str]]:
     """The functions of the runner that the text of a module calls, in order, by the files that they are from."""
-    if not equations.solved_at_run_time:
-        return {}
-    home = "constrained" if equations.constraints else "coupled"
-    return {home: sorted(name for name in _RUNTIME[home] if re.search(rf"\b{name}\(", text))}
+    held = bool(equations.resting)
+    homes = ["constrained"] * held + ["coupled"] * (equations.solved_at_run_time and not equations.constraints)
+    found: dict[str, list[str]] = {}
+    for home in homes:
+        others = {name for names in found.values() for name in names}
+        found[home] = sorted(name for name in _RUNTIME[home] - others if re.search(rf"\b{name}\(", text))
+    return found
 
 
 def refuse_size(equations: Equations) -> None:

@@ -8,7 +8,8 @@ from typing import Any
 
 import symengine as se
 
-from qddot.codegen.convert import convert
+from qddot.codegen.calculus import by, dot
+from qddot.codegen.convert import convert, symbol
 from qddot.codegen.elimination import Factors, factorize, solve
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
@@ -16,7 +17,7 @@ from qddot.codegen.recurrences_squares import squares
 from qddot.codegen.rewrite import Names
 from qddot.model.contents import accelerations
 from qddot.model.definitions import as_expression
-from qddot.model.events import Impact
+from qddot.model.events import Event, Impact
 
 Matrix = dict[tuple[int, int], Any]
 Write = tuple[Slot, Any]
@@ -62,7 +63,7 @@ class Drafts:
     def others(self) -> Mapping[str, Draft]:
         """Every other kernel but `constants`."""
         slopes = {"jacobian": self._jacobian(), "input_jacobian": self._input_jacobian()}
-        events = {"events": self._events()}
+        events = {"events": Draft(self._moving, event_writes(self._equations))}
         return {
             "mass": self._mass(),
             "energy": self._energy(),
@@ -71,37 +72,6 @@ class Drafts:
             **({"scene": self._values(self._equations.scene)} if self._equations.scene else {}),
             **slopes,
         }
-
-    def _events(self) -> Draft:
-        """Functions of the events, then the values that they give; of an impact all velocities behind its impulse."""
-        equations, steps = self._equations, list[Assignment]()
-        events = equations.system.events
-        given = iter(equations.events)
-        functions = list(islice(given, len(events)))
-        values = list(functions)
-        for event, gap in zip(events, functions, strict=True):
-            if isinstance(event, Impact):
-                found, velocities = self._behind_impact(gap, convert(as_expression(event.restitution)))
-                steps += found
-                values += velocities
-            else:
-                values += islice(given, len(event.then))
-        return Draft((*self._moving, *steps), vector_writes("values", values))
-
-    def _behind_impact(self, gap: Any, restitution: Any) -> tuple[list[Assignment], list[Any]]:
-        """The velocities behind an impact, and the assignments that they need."""
-        equations, clock = self._equations, clock_of(self._equations)
-        slopes = equations.definitions.gradient(gap, (*equations.coordinates, *clock))
-        along = {k: slopes[q] for k, q in enumerate(equations.coordinates) if q in slopes}
-        steps, moved = solve(self._factors, along, self._names.fresh)
-        speed = se.Add(
-            *(slope * equations.velocities[k] for k, slope in along.items()),
-            *(slopes[each] * rate for each, rate in clock.items() if each in slopes),
-        )
-        yielding = se.Add(*(along[k] * moved[k] for k in along if k in moved))
-        impulse = self._names.fresh("impulse_")
-        steps.append((impulse, -(1 + restitution) * speed / yielding))
-        return steps, [v + moved.get(k, se.Integer(0)) * impulse for k, v in enumerate(equations.velocities)]
 
     @cached_property
     def linear(self) -> bool:
@@ -239,6 +209,40 @@ def clock_of(equations: Equations) -> dict[Any, Any]:
     """What no state moves -> how fast it goes: time, inputs, and rates of those that are prescribed."""
     second = {se.Symbol(str(u.rate)): se.Symbol(str(a)) for u in equations.system.inputs for a in accelerations(u)}
     return {equations.time: se.Integer(1), **dict(zip(equations.inputs, equations.rates, strict=True)), **second}
+
+
+def event_writes(equations: Equations) -> tuple[Write, ...]:
+    """Functions of the events, then the values that they give: of an impact what its impulse follows from.
+
+    That is its restitution, how fast its gap changes, and the slope of the gap by each coordinate. The function of one
+    that can rest is its gap above what stands for `rests`, which is 0 or less, or while it rests its force.
+    """
+    events = equations.system.events
+    given = iter(equations.events)
+    functions = list(islice(given, len(events)))
+    values = [_watched(event, gap, equations) for event, gap in zip(events, functions, strict=True)]
+    clock = clock_of(equations) | dict(zip(equations.states, equations.state_rates, strict=True))
+    for event, gap in zip(events, functions, strict=True):
+        if not isinstance(event, Impact):
+            values += islice(given, len(event.then))
+            continue
+        slopes = equations.definitions.gradient(gap, (*equations.coordinates, *clock))
+        along = by(slopes, equations.coordinates)
+        driven = (slopes[each] * rate for each, rate in clock.items() if each in slopes)
+        speed = dot(along, equations.velocities) + se.Add(*driven)
+        values += [convert(as_expression(event.restitution)), speed, *along]
+    return vector_writes("values", values)
+
+
+def _watched(event: Event, function: Any, equations: Equations) -> Any:
+    """What passes zero where an event happens."""
+    if not isinstance(event, Impact) or symbol(event.rests_symbol) not in equations.contacts:
+        return function
+    sign = symbol(event.rests_symbol)
+    force = symbol(event.force_symbol)
+    apart = function - sign
+    holds = force in equations.constraints.multipliers
+    return se.Piecewise((force, se.Lt(0, sign)), (apart, True)) if holds else apart
 
 
 def balance(equations: Equations) -> Draft:

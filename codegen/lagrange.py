@@ -5,14 +5,14 @@ f = Q - dPhi/dqdot + dL/dq - (d^2 L/dqdot dq) qdot - d/dt of dL/dqdot at fixed q
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import symengine as se
 
 from qddot.codegen.calculus import Definitions, Vector, by, dot
-from qddot.codegen.constrained import Constraints, derive_constraints, in_order
+from qddot.codegen.constrained import Constraints, contact, derive_constraints, in_order
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.elimination import steps
 from qddot.codegen.modes import Modes
@@ -23,6 +23,7 @@ from qddot.model.contents import accelerations, as_prescribed, declared
 from qddot.model.definitions import as_expression
 from qddot.model.events import event_expressions
 from qddot.model.friction import Friction
+from qddot.model.resting import resting
 from qddot.model.scene import scene_numbers
 from qddot.model.system import ModelError, System
 from qddot.model.table import knots_of
@@ -45,6 +46,7 @@ class Equations:
     positions: name of an input that has a position -> its position.
     constraints: what they say; M qddot + G' lambda = f where there are any. events: their functions, then the values
     that they give to states. scene: the numbers of its shapes.
+    contacts: what is 1 while an impact rests that can, else 0. resting: the constraints with those that contacts are.
     """
 
     system: System
@@ -76,6 +78,8 @@ class Equations:
     constraints: Constraints
     events: Vector
     scene: Vector
+    contacts: Vector
+    resting: Constraints
 
     @property
     def solution(self) -> frozenset[Any]:
@@ -85,9 +89,28 @@ class Equations:
 
     @property
     def channels(self) -> Vector:
-        """All that is given from outside: inputs, sides, rates, prescribed accelerations, and the modes."""
+        """All that is given from outside: inputs, sides, contacts, rates, prescribed accelerations, and the modes."""
         sides, modes = self.switches.functions, self.modes.functions
-        return (*self.inputs, *sides, *self.rates, *self.second_rates, *modes)
+        return (*self.inputs, *sides, *self.contacts, *self.rates, *self.second_rates, *modes)
+
+    @cached_property
+    def at_rest(self) -> "Equations":
+        """These equations with the contacts among the constraints: those that do not rest say nothing in them."""
+        if not self.contacts:
+            return self
+        held = self.resting
+        forces = [symbol(impact.force_symbol) for impact in resting(self.system)]
+        found = dict(zip(held.multipliers, held.driving, strict=True))
+        pushed = {
+            force: se.Piecewise((force, se.Lt(0, sign)), (se.Integer(0), True))
+            for force, sign in zip(forces, self.contacts, strict=True)
+        }
+        return replace(
+            self,
+            constraints=held,
+            input_power=self.input_power + se.Add(*(force * found[force] for force in forces)),
+            outputs=tuple(output.subs(pushed) for output in self.outputs),
+        )
 
     @property
     def conditions(self) -> Mapping[Any, Any]:
@@ -186,7 +209,9 @@ def derive(system: System) -> Equations:
     rest = motion.unnatural(kinetic, potential, momenta, mass)
     by_mass = rest == 0 and not motion.names_speeds(kinetic)
     dissipative = by(definitions.gradient(dissipation, v), v)
-    constraints = derive_constraints(system, list(map(modes, held)), motion) if held else Constraints()
+    contacts, held_to = resting(system), dict(zip(in_order(system), map(modes, held), strict=True))
+    constraints = derive_constraints(system, held_to, motion) if held_to else Constraints()
+    held_to |= {each: convert(each.expression) for each in (contact(system, impact) for impact in contacts)}
     return Equations(
         system=system,
         definitions=definitions,
@@ -217,6 +242,8 @@ def derive(system: System) -> Equations:
         positions=_positions(system),
         constraints=constraints,
         events=tuple(convert(as_expression(value)) for _, value in event_expressions(system)),
+        contacts=tuple(symbol(impact.rests_symbol) for impact in contacts),
+        resting=derive_constraints(system, held_to, motion) if contacts else constraints,
         scene=tuple(switches(convert(as_expression(value))) for _, _, value in scene_numbers(system)),
     )
 

@@ -5,7 +5,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from qddot.codegen.constants import hoist
-from qddot.codegen.constrained_drafts import COLUMNS, ConstrainedDrafts, refuse_size, solving_names
+from qddot.codegen.constrained_drafts import (
+    COLUMNS,
+    RESTING,
+    SEEN,
+    ConstrainedDrafts,
+    refuse_size,
+    solving_names,
+)
 from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.drafts import Draft, Drafts, approach, switching, switching_functions, vector_writes
 from qddot.codegen.kernel import Assignment, Kernel, Slot
@@ -17,7 +24,6 @@ from qddot.codegen.sharing import share
 from qddot.codegen.skeleton import MATRICES, reserved, taken
 from qddot.codegen.zeros import without_zeros
 from qddot.model.contents import declared
-from qddot.model.events import Impact
 from qddot.model.system import ModelError
 
 
@@ -42,7 +48,8 @@ class Program:
 
     def pattern(self, name: str) -> tuple[tuple[int, ...], ...]:
         """Of each row of a kernel's matrix the columns of its entries."""
-        n, writes, held = len(self.equations.coordinates), self.kernels[name].writes, self.equations.constraints
+        writes, held = self.kernels[name].writes, self.equations_of(name).constraints
+        name, n = name.removeprefix(RESTING), len(self.equations.coordinates)
         heights = {"mass": n, "constraints": n + len(held), "tangent": held.n_positions + len(held)}
         heights["approach"] = sum(mode in self.equations.modes.functions for mode in self.channels)
         rows: list[list[int]] = [[] for _ in range(heights.get(name, len(self.equations.state)))]
@@ -52,6 +59,10 @@ class Program:
         if any(slot.argument in COLUMNS for slot, _ in writes):
             rows[n : 2 * n] = [list(range(self.width(name)))] * n
         return tuple(map(tuple, rows))
+
+    def equations_of(self, name: str) -> Equations:
+        """What a kernel is made of: contacts that rest are among the constraints of some."""
+        return self.equations.at_rest if name.startswith(RESTING) or name in SEEN else self.equations
 
     def width(self, name: str) -> int:
         """How many columns a Jacobian has."""
@@ -65,11 +76,14 @@ def lower(equations: Equations) -> Program:
     """
     _refuse_names(equations)
     refuse_size(equations)
-    _refuse_impacts(equations)
     lowering = _Lowering(equations)
     rhs = lowering.rhs()
     balance = lowering.balance()
-    others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items()}
+    seen = lowering.at_rest.seen() if equations.contacts else {}
+    others = {name: lowering.finish(draft) for name, draft in lowering.drafts.others().items() if name not in seen}
+    if equations.contacts:
+        drafts = {**seen, **lowering.at_rest.at_rest()}
+        others |= {name: lowering.finish(draft, held=True) for name, draft in drafts.items()}
     if equations.switches.functions:
         others["switching"] = lowering.finish(switching(equations))
     if modes := [mode for mode in equations.modes.functions if mode in rhs.used]:
@@ -86,18 +100,9 @@ def lower_rhs(equations: Equations) -> Kernel:
     return _Lowering(equations).rhs()
 
 
-def _refuse_impacts(equations: Equations) -> None:
-    found = next((each for each in equations.system.events if isinstance(each, Impact)), None)
-    if found is not None and equations.solved_at_run_time:
-        raise ModelError(
-            f"model {equations.system.name}: impact {found.name} needs the mass matrix written out, and there are too "
-            "many coupled coordinates for that; give an Event that says what velocities become"
-        )
-
-
 def _refuse_names(equations: Equations) -> None:
     for role, symbol in declared(equations.system):
-        solving = solving_names() if equations.solved_at_run_time else frozenset()
+        solving = solving_names() if equations.solved_at_run_time or equations.contacts else frozenset()
         if str(symbol) in reserved() | solving | (taken() if role == "table" else frozenset()):
             raise ModelError(
                 f"model {equations.system.name}: {role} {str(symbol)!r} would shadow a name that the generated kernels "
@@ -116,12 +121,16 @@ class _Lowering:
         self.author = frozenset(map(convert_symbol, equations.system.definitions))
         tables = (name for table in equations.system.tables for name in table.names)
         solves = equations.solved_at_run_time
-        solution = (*equations.solution, *solving_names()) if solves else ()
+        solution: tuple[Any, ...] = (*equations.solution, *solving_names()) if solves else ()
+        if equations.contacts:
+            held = equations.at_rest
+            solution = (*solution, *(held.solution - set(held.accelerations)), *solving_names())
         defined = equations.definitions.expressions
         self.names = Names([*reserved(), *base, *defined, *tables, *solution])
         equations = replace(equations, definitions=equations.definitions.copy(self.names))
         self._definitions, self.equations = equations.definitions, equations
         self.drafts = ConstrainedDrafts(equations) if solves else Drafts(equations, self.names)
+        self.at_rest = ConstrainedDrafts(equations.at_rest)
         self.parameters = frozenset(equations.parameters)
         self._positions = vector_writes("values", equations.positions.values())
         self.reads: frozenset[Any] = frozenset(base) | (equations.solution if solves else frozenset())
@@ -151,11 +160,12 @@ class _Lowering:
         """Derivatives of quantities that have got names."""
         return frozenset(self._definitions.expressions) - self.author
 
-    def finish(self, draft: Draft) -> Kernel:
-        """A draft optimized, with the constants known so far."""
-        temporaries = tuple(item for item in draft.temporaries if item[0] not in self.reads)
+    def finish(self, draft: Draft, *, held: bool = False) -> Kernel:
+        """A draft optimized, with the constants known so far; held: it solves for contacts, too."""
+        reads = self.reads | self.equations.at_rest.solution if held else self.reads
+        temporaries = tuple(item for item in draft.temporaries if item[0] not in reads)
         known = {expression: symbol for symbol, expression in self.assignments}
-        kernel = inline(prune(Kernel(self.reads, temporaries, draft.writes)), self.author, self.derivatives)
+        kernel = inline(prune(Kernel(reads, temporaries, draft.writes)), self.author, self.derivatives)
         return optimize(kernel, self.author, known, self.names.copy(), self._simplified)
 
     def positions(self) -> Kernel:
@@ -197,10 +207,11 @@ def _laid_out(
     computed = [symbol for symbol, _ in assignments if symbol in used]
     constants = (*equations.parameters, *_by_kind(computed))
     steps = ("rhs", "jacobian", "input_jacobian", "constraints", "tangent", "events")
-    hot = frozenset().union(*(kernels[name].used for name in steps if name in kernels))
+    resting = [name for name in kernels if name.startswith(RESTING)]
+    hot = frozenset().union(*(kernels[name].used for name in (*steps, *resting) if name in kernels))
     rates = [rate for rate in (*equations.rates, *equations.second_rates) if rate in used]
     sides = equations.switches.functions
-    looked_up = (*equations.inputs, *sides, *sorted(rates, key=lambda rate: rate not in hot))
+    looked_up = (*equations.inputs, *sides, *equations.contacts, *sorted(rates, key=lambda rate: rate not in hot))
     channels = (*looked_up, *(mode for mode in equations.modes.functions if mode in used))
     slots = {equations.time: Slot("t", ())}
     for argument, symbols in (("state", equations.state), ("inputs", channels), ("constants", constants)):

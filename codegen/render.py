@@ -8,7 +8,8 @@ from typing import Any
 import sympy
 
 from qddot.codegen.constrained import in_order
-from qddot.codegen.constrained_drafts import COLUMNS, SYSTEM, calls, runtime_names, solution_slots
+from qddot.codegen.constrained_drafts import COLUMNS, RESTING, SYSTEM, calls, runtime_names, solution_slots
+from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lagrange import Equations
@@ -21,6 +22,7 @@ from qddot.codegen.skeleton import HEADS, MATRICES, Function, copying, function
 from qddot.model.constraints import Constraint
 from qddot.model.contents import accelerations
 from qddot.model.events import Event, Impact
+from qddot.model.resting import resting
 from qddot.model.scene import row
 
 #: Characters of a line within a function.
@@ -70,9 +72,10 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             constraints=[(str(c.symbol), isinstance(c, Constraint), c.unit, c.meaning) for c in constraints],
             projected=equations.system.baumgarte is None,
             events=[
-                (e.name, int(e.direction), e.terminal, e.meaning, _set_by(e, equations))
+                (e.name, int(e.direction), e.terminal, e.meaning, _set_by(e, equations), _kind(e, equations))
                 for e in equations.system.events
             ],
+            contacts=bool(equations.contacts),
             scene=[row(shape, [u.symbol for u in equations.system.inputs]) for shape in equations.system.scene],
             solving=runtime_names(body, equations),
             functions=functions,
@@ -84,6 +87,13 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
 def _set_by(event: Event, equations: Equations) -> tuple[str, ...]:
     """The states that an event sets."""
     return tuple(map(str, equations.velocities if isinstance(event, Impact) else event.then))
+
+
+def _kind(event: Event, equations: Equations) -> str:
+    """What an event is: an impact, or one that can rest, a contact."""
+    if not isinstance(event, Impact):
+        return "event"
+    return "contact" if convert_symbol(event.rests_symbol) in equations.contacts else "impact"
 
 
 def _state_table(program: Program) -> list[tuple[str, str, str]]:
@@ -102,6 +112,9 @@ def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
         for each in map(str, accelerations(u)):
             rows[each] = (each, str(u.symbol), 2, f"{u.unit}/s^2", f"acceleration of: {u.meaning}")
     printer = Printer(rank(program, program.kernels["rhs"]))
+    for impact in resting(program.equations.system):
+        name = str(impact.rests_symbol)
+        rows[name] = (name, "0", 0, "1", f"1 while contact {impact.name} rests, else 0")
     for side, changing in program.equations.switches.functions.items():
         rows[str(side)] = (str(side), "t", 0, "1", f"1 where {printer(changing)} > 0, else 0")
     for mode, changing in program.equations.modes.functions.items():
@@ -110,7 +123,7 @@ def _input_table(program: Program) -> list[tuple[str, str, int, str, str]]:
 
 
 def _function(program: Program, name: str, kernel: Kernel) -> Function:
-    printer = Printer(rank(program, kernel))
+    printer = Printer(rank(program, kernel, name))
     if any(slot.argument == "mass_matrix" for slot, _ in kernel.writes):
         return function(name, _solving(program, name, kernel, printer))
     copied = len(program.equations.parameters) if name == "constants" else 0
@@ -132,7 +145,7 @@ def _place(slot: Slot) -> str:
 
 def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> Iterable[tuple[str, ...]]:
     """The paragraphs of a kernel that solves for accelerations: what it needs for that, the call, and what follows."""
-    equations = program.equations
+    equations, base = program.equations_of(name), name.removeprefix(RESTING)
     solved = solution_slots(name, equations)
     reached, before, after = set(solved), list[str](), list[str]()
     for symbol, expression in kernel.temporaries:
@@ -143,9 +156,9 @@ def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> I
     columns = [(slot, e) for slot, e in kernel.writes if slot.argument in COLUMNS and e != 0]
     others = [(slot, e) for slot, e in kernel.writes if slot.argument not in (*SYSTEM, *COLUMNS)]
     reports = bool(kernel.used & solved.keys() - set(equations.accelerations))
-    width = program.width(name) if name in ("jacobian", "input_jacobian") else 0
+    width = program.width(base) if base in ("jacobian", "input_jacobian") else 0
     sizes = len(equations.coordinates), len(equations.constraints), width
-    called = calls(name, *sizes, reports=reports)
+    called = calls(base, *sizes, reports=reports)
     behind = 2 * sizes[0]  # rows of matrices behind those that are solved for
     solved_for = sizes[0] * sizes[2] if columns else 0
     places = [
@@ -186,9 +199,9 @@ def _together(pairs: Iterable[tuple[str, str]]) -> Iterable[str]:
     yield f"{', '.join(lefts)} = {', '.join(rights)}"
 
 
-def rank(program: Program, kernel: Kernel) -> dict[Any, int]:
-    """Order of symbols within sums: state, quantities and temporaries, inputs, and constants last."""
-    equations = program.equations
+def rank(program: Program, kernel: Kernel, name: str = "rhs") -> dict[Any, int]:
+    """Order of symbols within sums of a kernel: state, quantities and temporaries, inputs, and constants last."""
+    equations = program.equations_of(name)
     moving = (*equations.state, equations.time)
     assigned = tuple(symbol for symbol, _ in kernel.temporaries)
     solution = (*equations.accelerations, *equations.constraints.multipliers) if equations.solved_at_run_time else ()

@@ -53,6 +53,22 @@ HEADS = {
         ("t", "state", "inputs", "constants", "values"),
         "Derivative by the state of the residuals of positions, then of velocities, at the places in TANGENT.",
     ),
+    "resting_rhs": (
+        ("t", "state", "inputs", "constants", "derivative"),
+        "State derivative where contacts rest, of which INPUT says 1.",
+    ),
+    "resting_jacobian": (
+        ("t", "state", "inputs", "constants", "values"),
+        "Derivative of that by the state, at the places in RESTING_JACOBIAN.",
+    ),
+    "resting_constraints": (
+        ("t", "state", "inputs", "constants", "values"),
+        "As constraints, gaps that are held among them, at the places in RESTING_CONSTRAINTS.",
+    ),
+    "resting_events": (
+        ("t", "state", "inputs", "constants", "values"),
+        "As events, of contacts that rest their forces.",
+    ),
     "switching": (
         ("t", "constants", "values"),
         "What changes sign at each condition in t, its slope, how it bends: 0 not, -1 or the squares of frequencies.",
@@ -61,7 +77,16 @@ HEADS = {
 }
 
 #: Those that write the entries of a matrix, at places that the module declares.
-MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent", "approach")
+MATRICES = (
+    "jacobian",
+    "input_jacobian",
+    "mass",
+    "constraints",
+    "tangent",
+    "approach",
+    "resting_jacobian",
+    "resting_constraints",
+)
 
 #: What the functions of a model with internal states say of themselves.
 WITH_STATES = {
@@ -128,7 +153,7 @@ def taken() -> frozenset[str]:
 def _bare_module() -> str:
     """The template without a model's lines."""
     single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
-    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False, "held": False}
+    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False, "held": False, "contacts": False}
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
     tables = dict.fromkeys((*rows, "constraints", "events", "scene"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {

@@ -1,11 +1,12 @@
 """The mechanics: what a model is (`system`, `check`), and one file per model, each with a `system()` function.
 
-from qddot.model import Constraint, Coordinate, DryFriction, Event, Impact, Input, Output, Parameter, Part
-from qddot.model import Prescribed, Quantity, Rolling, State, System, Table, from_sympy
+from qddot.model import Constraint, Contact, Coordinate, DryFriction, Event, Impact, Input, Output, Parameter
+from qddot.model import Part, Prescribed, Quantity, Rolling, State, System, Table, from_sympy
 from qddot.model import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
 """
 
 from qddot.model.constraints import Constraint, Rolling
+from qddot.model.contact import Contact
 from qddot.model.events import Event, Impact
 from qddot.model.friction import DryFriction
 from qddot.model.part import Part
@@ -18,6 +19,7 @@ __all__ = [
     "Arrow",
     "Bar",
     "Constraint",
+    "Contact",
     "Coordinate",
     "Damper",
     "DryFriction",

@@ -10,9 +10,10 @@ from sympy import Expr, Symbol, sympify
 from qddot.model.constraints import problems_of_constraints, reaction_symbol, reactions
 from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
 from qddot.model.dimensions import arguments_of_tables
-from qddot.model.events import Event, problems_of_events, problems_of_impacts
+from qddot.model.events import Event, kinds_of_impacts, problems_of_events, problems_of_impacts
 from qddot.model.jumps import jumps, jumps_of_constraints
 from qddot.model.naming import LONGEST, name_problem, t
+from qddot.model.resting import problems_of_resting
 from qddot.model.scene import forms_of_scene, units_of_scene
 from qddot.model.uses import fixed_positions, loops, massless, order, still_energies, unused
 from qddot.model.vocabulary import refusals
@@ -22,12 +23,20 @@ from qddot.words import nearest
 if TYPE_CHECKING:
     from qddot.model.system import System
 
+#: Roles of what a run solves for, and what they are called.
+_SOLVED_FOR = {
+    "acceleration": "an acceleration",
+    "multiplier": "a multiplier",
+    "contact force": "a contact force",
+    "sign of a contact": "which is 1 while a contact rests",
+}
+
 
 def problems(system: "System") -> list[str]:
     """Every reason to refuse a system; later checks run only where the earlier ones passed."""
     stages = (
-        (_kinds, forms_of_scene),
-        (_symbols_given,),
+        (kinds, forms_of_scene),
+        (symbols_given, kinds_of_impacts),
         (_types,),
         (_names, _texts, _numbers, problems_of_events),
         (_expressions, order, _vocabulary),
@@ -41,7 +50,7 @@ def problems(system: "System") -> list[str]:
             units_of_scene,
             _tables,
         ),
-        (reactions, massless),
+        (reactions, massless, problems_of_resting),
         (jumps, jumps_of_constraints),
     )
     for checks in stages:
@@ -51,7 +60,8 @@ def problems(system: "System") -> list[str]:
     return []
 
 
-def _kinds(system: "System") -> Iterator[str]:
+def kinds(system: "System") -> Iterator[str]:
+    """What sequences hold that is of another kind."""
     for name, kinds in HELD.items():
         for item in getattr(system, name):
             if type(item).__name__ not in kinds:
@@ -66,7 +76,8 @@ def _kinds(system: "System") -> Iterator[str]:
             yield f"{name} is a {type(getattr(system, name)).__name__}, expected a mapping"
 
 
-def _symbols_given(system: "System") -> Iterator[str]:
+def symbols_given(system: "System") -> Iterator[str]:
+    """What has no symbol."""
     for item in items(system):
         if not isinstance(item.symbol, Symbol):
             kind = type(item).__name__.lower()
@@ -136,13 +147,13 @@ def _expressions(system: "System") -> Iterator[str]:
         if symbol not in coordinates:
             names = {coordinate.name for coordinate in coordinates}
             yield f"a generalized force is given for {symbol}, which is no coordinate{nearest(str(symbol), names)}"
-    solved = {symbol: role for role, symbol in declared(system) if role in ("acceleration", "multiplier")}
+    solved = {symbol: role for role, symbol in declared(system) if role in _SOLVED_FOR}
     results = {symbol for role, symbol in declared(system) if role in ("output", "table")}
     known = {t} | {symbol for _, symbol in declared(system)} - results
     for place, expression in expressions(system):
         yield from _unknown_symbols(place, expression, known)
         for symbol in sorted(symbols(expression) & solved.keys(), key=str):
-            what = "an acceleration" if solved[symbol] == "acceleration" else "a multiplier"
+            what = _SOLVED_FOR[solved[symbol]]
             yield f"{place} uses {symbol}, {what}, which is not known yet there: outputs may use it"
     if system.constraints:
         known |= {reaction_symbol(coordinate) for coordinate in system.coordinates}

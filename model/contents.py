@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Symbol
 
-from qddot.model.events import event_expressions, restitutions
+from qddot.model.events import Impact, event_expressions, restitutions
 from qddot.model.scene import scene_numbers
 from qddot.model.table import Table, Value
 
@@ -23,6 +23,7 @@ HELD = {
     "outputs": ("Output", "Quantity", "Friction"),
     "states": ("State",),
     "constraints": ("Constraint", "Rolling"),
+    "contacts": ("Contact",),
 }
 
 
@@ -47,6 +48,9 @@ def declared(system: "System") -> Iterator[Named]:
     for table in tables(system):
         yield from (("table", Symbol(name)) for name in table.names)
     yield from (("multiplier", constraint.symbol) for constraint in system.constraints)
+    for impact in (event for event in system.events if isinstance(event, Impact)):
+        yield "contact force", impact.force_symbol
+        yield "sign of a contact", impact.rests_symbol
     quantities = set(system.quantities)
     yield from (("output", output.symbol) for output in system.outputs if output not in quantities)
 

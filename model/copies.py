@@ -10,6 +10,7 @@ from sympy import Expr, Symbol, sympify
 
 from qddot.model.constraints import reaction_symbol
 from qddot.model.contents import HELD
+from qddot.model.events import Impact
 from qddot.model.mapping import held, mapped
 from qddot.model.naming import dotted
 from qddot.model.system import Coordinate, Input, ModelError, Parameter, Quantity
@@ -49,7 +50,7 @@ def _marks(part: "Part", mark: str) -> dict[str, str]:
     """The names of a part's own with those that they have in a copy."""
     common = {said(symbol) for symbol in part.shared}
     rates = (rate for each in _items(part) if (rate := _own_rate(each)) is not None)
-    own = [said(symbol) for symbol in (*(each.symbol for each in _items(part)), *rates)]
+    own = [said(symbol) for symbol in (*(each.symbol for each in _items(part)), *rates, *_of_contacts(part))]
     return {name: _with_mark(name, mark) for name in own if name not in common}
 
 
@@ -64,7 +65,7 @@ def _pairs(one: "Part", other: "Part", kind: str) -> Iterator[tuple[Any, Any]]:
 def renamed(part: "Part", names: Mapping[str, str]) -> "Part":
     """A part with other names; what is derived from a name, its rate, its acceleration, its reaction, follows."""
     known = {said(symbol) for symbol in held([getattr(part, each.name) for each in fields(part)])}
-    known |= {said(each.symbol) for each in _items(part)}
+    known |= {said(symbol) for symbol in (*(each.symbol for each in _items(part)), *_of_contacts(part))}
     for name in names:
         if name not in known:
             raise ModelError(f"part {part.name} uses no name {name}{nearest(name, known)}")
@@ -144,7 +145,15 @@ def _followed(part: "Part", names: Mapping[str, str]) -> dict[str, str]:
     found = dict(names)
     items = {said(each.symbol): each for each in _items(part)}
     for name, other in names.items():
-        if type(items.get(name)).__name__ in ("Parameter", "Quantity", "Friction", "Output", "Constraint", "Rolling"):
+        if type(items.get(name)).__name__ in (
+            "Parameter",
+            "Quantity",
+            "Friction",
+            "Output",
+            "Constraint",
+            "Rolling",
+            "Contact",
+        ):
             continue
         rate, new_rate = (dotted(Symbol(each)) for each in (name, other))
         if name in items and (explicit := _own_rate(items[name])) is not None:
@@ -169,6 +178,14 @@ def _mapped(part: "Part", change: Any) -> "Part":
 
 def _items(part: "Part") -> list[Any]:
     return [each for name in HELD for each in getattr(part, name)]
+
+
+def _of_contacts(part: "Part") -> Iterator[Symbol]:
+    """What impacts have as outputs."""
+    for each in part.events:
+        if isinstance(each, Impact):
+            yield each.force_symbol
+            yield each.rests_symbol
 
 
 def _own_rate(item: Any) -> Symbol | None:

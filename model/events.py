@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Expr, Symbol
 
 from qddot.model.naming import LONGEST, name_problem
+from qddot.units.worth import problem
 
 if TYPE_CHECKING:
     from qddot.model.system import System
@@ -35,12 +36,28 @@ class Impact(Event):
     """Two bodies, or one and the ground, meet where the gap `function` between them closes, and part again.
 
     The impulse acts along the gap, through the masses of all that moves with it: with n = d gap/dq and u = d gap/dt,
-    qdot becomes qdot + M^-1 n' P, with the P for which u becomes -restitution * u. Impacts at one instant act one after
-    the other, in the order of the model.
+    qdot becomes qdot + M^-1 n' P, with the P for which u becomes -restitution * u; constraints stay what they are.
+    Impacts at one instant act one after the other, in the order of the model.
+
+    Where bounces become too small to be told, the contact rests: the gap is held at zero by a force, until that would
+    have to pull (see `runner.frame.contact`). The force is an output: `force`, or force_ and the name; unit: its own,
+    found from the gap where it is not given. Beside it rests_ and the name is 1 while the contact rests, else 0.
     """
 
     direction: int = -1
     restitution: Expr | float = 1.0
+    force: Symbol | None = None
+    unit: str = ""
+
+    @property
+    def force_symbol(self) -> Symbol:
+        """The contact force."""
+        return self.force if self.force is not None else Symbol(f"force_{self.name}")
+
+    @property
+    def rests_symbol(self) -> Symbol:
+        """What is 1 while the contact rests."""
+        return Symbol(f"rests_{self.name}")
 
 
 def problems_of_impacts(system: "System") -> Iterator[str]:
@@ -60,8 +77,15 @@ def problems_of_impacts(system: "System") -> Iterator[str]:
             yield f"{place}: its gap is {event.function}, expected a distance made of coordinates, and of no velocity"
         if not isinstance(e, Expr) and (isinstance(e, bool) or not isinstance(e, int | float) or not 0 <= e <= 1):
             yield f"{place} has the restitution {e!r}, expected a number from 0 to 1, or an expression"
-        if system.constraints:
-            yield f"{place}: impulses on constraints are not known; give an Event that says what velocities become"
+
+
+def kinds_of_impacts(system: "System") -> Iterator[str]:
+    """Impacts whose force is no symbol, or in no unit."""
+    for event in system.events:
+        if isinstance(event, Impact) and not isinstance(event.force, Symbol | None):
+            yield f"impact {event.name} has the force {event.force!r}, expected a SymPy Symbol"
+        if isinstance(event, Impact) and event.unit and (wrong := problem(event.unit)):
+            yield f"impact {event.name}: the unit of its force is {event.unit!r}: {wrong}"
 
 
 def problems_of_events(system: "System") -> Iterator[str]:

@@ -11,6 +11,7 @@ from sympy import Expr, Integer, Symbol, sympify
 
 from qddot.model.assumptions import plain
 from qddot.model.constraints import Constraint, Rolling
+from qddot.model.contact import Contact
 from qddot.model.contents import HELD
 from qddot.model.copies import MARK, bound, marked, names_of_copy, renamed, said
 from qddot.model.definitions import LoopError, as_sum, definitions, in_order
@@ -51,6 +52,7 @@ class Part:
     constraints: Sequence[Constraint | Rolling] = ()
     baumgarte: Sequence[Expr] | None = None
     events: Sequence[Event] = ()
+    contacts: Sequence[Contact] = ()
     scene: Sequence[Shape] = ()
     shared: Sequence[Symbol] = ()
     #: What it is made of, and for each of its symbols the one that copies of a part have in its place.

@@ -6,16 +6,20 @@ Plain symbols stand for q and qdot (not functions of time). A `System` checks it
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 from sympy import Expr, Integer, Symbol, sympify
 
 from qddot.model.assumptions import plain, unkept
-from qddot.model.check import problems
+from qddot.model.check import kinds, problems, symbols_given
 from qddot.model.constraints import Constraint, Rolling, constrained, reaction_symbol, reaction_unit
+from qddot.model.contact import Contact, compliance, problems_of_contacts
 from qddot.model.contents import HELD, tables
 from qddot.model.definitions import as_expression, as_sum, definitions, in_order
+from qddot.model.dimensions import dimension, said, units_of
 from qddot.model.events import Event
 from qddot.model.naming import LONGEST, dotted, t
+from qddot.model.resting import force_unit, resting
 from qddot.model.scene import Shape
 from qddot.model.table import Table
 
@@ -31,6 +35,8 @@ __all__ = [
     "System",
     "t",
 ]
+
+_ENERGIES = ("kinetic_energy", "potential_energy", "dissipation")
 
 
 class ModelError(ValueError):
@@ -165,7 +171,8 @@ class System:
     constraints after each step; or, with baumgarte = (alpha, beta) in parameters, f'' + 2 alpha f' + beta^2 f = 0 takes
     the place of f'' = 0 and nothing else keeps it there (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1-16).
 
-    events: what acts on the state where a function crosses zero.
+    events: what acts on the state where a function crosses zero. contacts: what pushes where a gap is closed; of a
+    checked system they have become events, or quantities with what they add to Pi and Phi, and outputs.
 
     outputs: `Output`s, and quantities to be computed as outputs under their own names.
     scene: how the model looks, see `scene`; nothing that is computed depends on it.
@@ -190,19 +197,45 @@ class System:
     constraints: Sequence[Constraint | Rolling] = ()
     baumgarte: Sequence[Expr] | None = None
     events: Sequence[Event] = ()
+    contacts: Sequence[Contact] = ()
     scene: Sequence[Shape] = ()
 
     def __post_init__(self) -> None:
         for name in (*HELD, "events", "scene"):
             object.__setattr__(self, name, _tuple(getattr(self, name)))
-        for name in ("kinetic_energy", "potential_energy", "dissipation"):
+        for name in _ENERGIES:
             object.__setattr__(self, name, as_sum(getattr(self, name)))
         if self.baumgarte is not None:
             object.__setattr__(self, "baumgarte", tuple(map(as_expression, _tuple(self.baumgarte))))
         self._refuse(unkept(self))
         for each in fields(self):
             object.__setattr__(self, each.name, plain(getattr(self, each.name)))
+        if self.contacts:
+            for check in (kinds, symbols_given, problems_of_contacts):
+                self._refuse(list(check(self)))
+            self._take_in(self.contacts)
         self._refuse(problems(self))
+
+    def _take_in(self, contacts: Sequence[Contact]) -> None:
+        """Make of contacts what they are: events, or quantities, energy, dissipation and outputs."""
+        given: dict[str, Any] = {name: getattr(self, name) for name in ("quantities", "outputs", "events", *_ENERGIES)}
+        units = units_of(self)
+        for contact in contacts:
+            if contact.stiffness is None:
+                given["events"] += (contact.impact,)
+                continue
+            found, unit = compliance(contact), dimension(contact.gap, units)
+            gap, force = (
+                Quantity(**{"unit": said(unit) if unit is not None else "m", **row}) for row in found.quantities
+            )
+            known = [quantity.symbol in contact.gap.free_symbols for quantity in given["quantities"]]
+            place = max((k + 1 for k, used in enumerate(known) if used), default=0)
+            given["quantities"] = (*given["quantities"][:place], gap, force, *given["quantities"][place:])
+            given["outputs"] += () if force in given["outputs"] else (force,)
+            given["potential_energy"] += found.potential
+            given["dissipation"] += found.dissipation
+        for name, value in {**given, "contacts": ()}.items():
+            object.__setattr__(self, name, value)
 
     def _refuse(self, found: Sequence[str]) -> None:
         if found:
@@ -214,7 +247,7 @@ class System:
 
     @cached_property
     def output_expressions(self) -> tuple[Output, ...]:
-        """Outputs in order, then multipliers and reactions; a quantity as an output stands for itself."""
+        """Outputs in order, multipliers, reactions, contact forces; a quantity as an output stands for itself."""
         given = (
             Output(item.symbol, item.symbol, item.unit, item.meaning) if isinstance(item, Quantity) else item
             for item in self.outputs
@@ -226,7 +259,11 @@ class System:
             )
             for c in constrained(self)
         )
-        return (*given, *multipliers, *reactions)
+        contacts = (
+            Output(each.force_symbol, each.force_symbol, force_unit(self, each), f"contact force: {each.meaning}")
+            for each in resting(self)
+        )
+        return (*given, *multipliers, *reactions, *contacts)
 
     @cached_property
     def definitions(self) -> dict[Symbol, Expr]:

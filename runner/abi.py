@@ -11,7 +11,11 @@ these once per run. Every kernel writes all of its last argument and allocates n
     mass(t, x, u, c, v)             v: entries of M           (COORDINATES, COORDINATES), lower triangle
     energy(t, x, u, c, E)           E (4,)  kinetic, potential, dissipated power, power put in
     outputs(t, x, u, c, y)          y (n_outputs,)
-    events(t, x, u, c, v)           v: functions of the events, then the values that they give to states
+    events(t, x, u, c, v)           v: functions of the events, then the values that they give to states; of an impact
+                                    its restitution, the rate of its gap, and the slopes of that by the coordinates
+    resting_rhs, resting_jacobian, resting_constraints, resting_events
+                                    the same where gaps of contacts are held at zero, constraints behind those on
+                                    positions; their functions of events are the forces that hold them
     scene(t, x, u, c, v)            v: numbers of the shapes in SCENE, one behind the other
     constraints(t, x, u, c, v)      v: entries of R (n + m, n + 2) for n coordinates and m constraints: lower triangle
                                     of M, below it G, and beside that the residuals of positions and of velocities
@@ -37,9 +41,10 @@ LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arg
 
 u is the place of all that is given from outside while a step lasts: inputs; for each condition in t and parameters
 alone its side, 1 where its switching function is positive, else 0, a signal that steps where `runner.switching` finds
-its roots; first rates; second rates; and last the modes of conditions in the state. What changes sign at such a
-condition stands in a kernel as s + mode > 0: free where the mode is 0, as it is unless somebody sets it, and held on a
-side where it is infinite, see `frame.hold`. RHS_INPUTS counts no modes.
+its roots; for each contact that can rest 1 while it does, else 0, or less where its gap, being closed, has to fall so
+far below zero before it closes (see `frame.contact`); first rates; second rates; and last the modes of conditions in
+the state. What changes sign at such a condition stands in a kernel as s + mode > 0: free where the mode is 0, as it is
+unless somebody sets it, and held on a side where it is infinite, see `frame.hold`. RHS_INPUTS counts no modes.
 
 Kernels index without bounds checks; `load` checks shapes and dtypes once, at the wall.
 """
@@ -54,6 +59,11 @@ VECTOR_KERNEL = types.void(SCALAR, VECTOR, VECTOR, VECTOR, VECTOR)
 #: Of a Jacobian that somebody wrote by hand for `solve`: it fills J (n, n).
 MATRIX_KERNEL = types.void(SCALAR, VECTOR, VECTOR, VECTOR, MATRIX)
 
+#: Kernels of models with contacts that can rest; those that write the entries of a matrix; of models with constraints.
+RESTING = ("resting_rhs", "resting_jacobian", "resting_constraints", "resting_events")
+MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent", "approach", *RESTING[1:3])
+CONSTRAINED = ("constraints", "tangent")
+
 SIGNATURES = {
     "constants": types.void(VECTOR, VECTOR),
     "rhs": VECTOR_KERNEL,
@@ -66,14 +76,12 @@ SIGNATURES = {
     "scene": VECTOR_KERNEL,
     "constraints": VECTOR_KERNEL,
     "tangent": VECTOR_KERNEL,
+    **dict.fromkeys(RESTING, VECTOR_KERNEL),
     "switching": types.void(SCALAR, VECTOR, VECTOR),
     "modes": VECTOR_KERNEL,
     "approach": VECTOR_KERNEL,
     "positions": types.void(VECTOR, VECTOR),
 }
-#: Kernels that write the entries of a matrix; two of models with constraints alone, the last of those with modes.
-MATRICES = ("jacobian", "input_jacobian", "mass", "constraints", "tangent", "approach")
-CONSTRAINED = ("constraints", "tangent")
 #: The edition of this convention, which a module says that it follows.
 EDITION = 2
 

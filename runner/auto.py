@@ -36,7 +36,8 @@ def choose(model: "Model", problem: Problem, options: Options) -> tuple[Method, 
     rtol = TABLE["rtol"].default if options.rtol is None else options.least_rtol
     runge_kutta = "vern7" if rtol >= TIGHT else "dop853"
     rates = _rates(model, problem)
-    if _may(options, "exact") and model.tables.linear and len(rates) <= MOST_EXACT and problem.t1 < FOREVER:
+    linear = model.tables.linear and not model.tables.contacts
+    if _may(options, "exact") and linear and len(rates) <= MOST_EXACT and problem.t1 < FOREVER:
         return _chosen("exact", options, "the model is linear")
     span = abs(problem.t1 - problem.t0)
     fast, slow = _fast_and_slow(rates, span)
@@ -52,6 +53,8 @@ def _against_series(model: "Model", problem: Problem, turns: float) -> str:
     """Why a series is no way to run a model; turns: of its fastest mode within the span, rad."""
     if not model.tables.recurrence:
         return f"{model.tables.without_recurrence or 'the model'} has no recurrence"
+    if model.tables.contacts:
+        return "contacts may come to rest"
     if model.tables.modes and model.tables.patterns["approach"].entries:
         return "conditions in velocities or internal states may slide"
     knots = _knots(problem)
@@ -60,7 +63,8 @@ def _against_series(model: "Model", problem: Problem, turns: float) -> str:
 
 def choose_for_many(model: "Model", options: Options) -> tuple[Method, Options, str]:
     """The same for many runs at once, whose inputs and parameters differ: by the model alone."""
-    if _may(options, "exact") and model.tables.linear and len(model.state_names) <= MOST_EXACT:
+    linear = model.tables.linear and not model.tables.contacts
+    if _may(options, "exact") and linear and len(model.state_names) <= MOST_EXACT:
         return _chosen("exact", options, "the model is linear")
     rtol = TABLE["rtol"].default if options.rtol is None else options.least_rtol
     return _chosen("vern7" if rtol >= TIGHT else "dop853", options, "many runs go in lanes")

@@ -1,12 +1,13 @@
 """The constraints of a model at a point: what they say there, in arrays of NumPy, for what happens once a run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.load import Model
-from qddot.runner.problem import Held
+from qddot.runner.problem import Held, Resting
 from qddot.runner.tables import Constraint
 
 Vector = NDArray[np.float64]
@@ -62,6 +63,27 @@ def held_by(model: Model) -> Held | None:
     if not tables.projected:
         return None
     return Held(model.matrix("constraints"), tables.coordinates, len(tables.constraints), tables.n_positions)
+
+
+def resting_of(model: Model, *, stiff: bool) -> Callable[[], Resting]:
+    """What takes the place of a model's kernels while contacts rest, compiled when it is called for.
+
+    stiff: for a method that takes Jacobians. The gaps are among the constraints, after those on positions.
+    """
+    tables = model.tables
+    m, positions = (count + len(tables.contacts) for count in (len(tables.constraints), tables.n_positions))
+
+    def found() -> Resting:
+        matrix = model.matrix("resting_constraints")
+        kept = tables.projected or not tables.constraints
+        return Resting(
+            rhs=model.kernel("resting_rhs"),
+            jacobian=model.matrix("resting_jacobian") if stiff else None,
+            events=model.kernel("resting_events"),
+            held=Held(matrix, tables.coordinates, m, positions) if kept else None,
+        )
+
+    return found
 
 
 def null_space(rows: Vector) -> Vector:

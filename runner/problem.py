@@ -1,5 +1,6 @@
 """What an integrator is given and what it gives back; the same for every family of methods."""
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -63,10 +64,22 @@ class Held:
 
 
 @dataclass(frozen=True, eq=False)
+class Resting:
+    """What a problem has while contacts rest, in place of its own: kernels, and the gaps among what it is kept on."""
+
+    rhs: Any
+    jacobian: PlacedKernel | None
+    events: Any
+    held: Held | None
+
+
+@dataclass(frozen=True, eq=False)
 class Acting:
     """Events that act: the kernel events(t, x, u, c, v), v (count,), rows that say what they are, and the kernel rhs.
 
-    places: of each event the states that it sets; first: where the values for them stand in v.
+    places: of each event the states that it sets; first: where the values for them stand in v, of an impact what its
+    impulse follows from (see `abi`). channels (n_events,): where the inputs say that a contact rests, -1 of all else.
+    inertia: the kernel `mass`, or `constraints`; resting: gives what takes over while contacts rest.
     """
 
     kernel: Any
@@ -75,6 +88,9 @@ class Acting:
     rows: tuple[EventRow, ...]
     places: tuple[tuple[int, ...], ...]
     first: tuple[int, ...]
+    channels: NDArray[np.int64]
+    inertia: PlacedKernel
+    resting: Callable[[], Resting]
 
 
 @dataclass(frozen=True, eq=False)

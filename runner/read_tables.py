@@ -13,6 +13,10 @@ from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
 from qddot.runner.ranges import expanded
 from qddot.runner.tables import (
+    CONTACT,
+    EVENT,
+    IMPACT,
+    REST,
     STATE,
     TIME,
     Channel,
@@ -50,6 +54,7 @@ def read_tables(module: ModuleType) -> Tables:
     coordinates, rhs_inputs = _entry(module, "COORDINATES", int), _entry(module, "RHS_INPUTS", int)
     _check_sizes(module, len(states), coordinates, len(inputs), rhs_inputs)
     constraints, modes = _constraints(module), sum(channel.is_mode for channel in inputs)
+    contacts = sum(channel.input == REST for channel in inputs)
     tables = Tables(
         name=_entry(module, "NAME", str),
         title=_entry(module, "TITLE", str),
@@ -65,7 +70,7 @@ def read_tables(module: ModuleType) -> Tables:
         constant_names=(*(parameter.name for parameter in parameters), *_names(module, "CONSTANT")),
         linear=_entry(module, "LINEAR", bool),
         mass_matrix=_entry(module, "MASS_MATRIX", str),
-        patterns=_patterns(module, len(states), coordinates, rhs_inputs, modes, constraints),
+        patterns=_patterns(module, len(states), coordinates, rhs_inputs, modes, constraints, contacts),
         constraints=constraints,
         projected=bool(constraints) and _entry(module, "PROJECTED", bool),
         recurrence=_entry(module, "RECURRENCE", str) if hasattr(module, "RECURRENCE") else "",
@@ -101,8 +106,14 @@ def _constraints(module: ModuleType) -> tuple[Constraint, ...]:
 
 
 def _events(module: ModuleType) -> tuple[EventRow, ...]:
-    kinds = (str, int, bool, str, tuple)
-    return _records(module, "EVENT", EventRow, kinds) if hasattr(module, "EVENT") else ()
+    kinds = (str, int, bool, str, tuple, str)
+    found = _records(module, "EVENT", EventRow, kinds) if hasattr(module, "EVENT") else ()
+    for row in found:
+        if row.kind not in (EVENT, IMPACT, CONTACT):
+            raise _fail(
+                module, f"EVENT {row.name} is of the kind {row.kind!r}, expected {EVENT}, {IMPACT} or {CONTACT}"
+            )
+    return found
 
 
 def _scene(module: ModuleType) -> tuple[Shape, ...]:
@@ -117,7 +128,13 @@ def _scene(module: ModuleType) -> tuple[Shape, ...]:
 
 
 def _patterns(
-    module: ModuleType, states: int, coordinates: int, inputs: int, modes: int, constraints: Sequence[Constraint]
+    module: ModuleType,
+    states: int,
+    coordinates: int,
+    inputs: int,
+    modes: int,
+    constraints: Sequence[Constraint],
+    contacts: int,
 ) -> dict[str, Pattern]:
     on_positions = sum(each.on_positions for each in constraints)
     shapes = {
@@ -127,9 +144,12 @@ def _patterns(
         "constraints": (coordinates + len(constraints), coordinates + 2),
         "tangent": (on_positions + len(constraints), states),
         "approach": (modes, states + 2),
+        "resting_jacobian": (states, states),
+        "resting_constraints": (coordinates + len(constraints) + contacts, coordinates + 2),
     }
     found: dict[str, Pattern] = {}
     absent = (() if constraints else abi.CONSTRAINED) + (() if modes else ("approach",))
+    absent += () if contacts else abi.RESTING
     for name in (name for name in abi.MATRICES if name not in absent):
         try:
             found[name] = pattern(_entry(module, name.upper(), tuple), shapes[name], symmetric=name == "mass")
@@ -214,13 +234,15 @@ def _check_channels(module: ModuleType, tables: Tables) -> None:
     for channel in tables.inputs:
         if channel.order not in (0, 1, 2):
             raise _fail(module, f"INPUT {channel.name} is of order {channel.order}, expected 0, 1 or 2")
-        if channel.input in (TIME, STATE) and channel.order == 0:
+        if channel.input in (TIME, STATE, REST) and channel.order == 0:
             continue
         if channel.input not in values or (channel.order == 0 and channel.input != channel.name):
             raise _fail(module, f"INPUT {channel.name} is {channel.what} of {channel.input!r}, which is no input")
     for channel, place in zip(tables.inputs, places, strict=True):
-        if places.count(place) > 1 and channel.input not in (TIME, STATE):
+        if places.count(place) > 1 and channel.input not in (TIME, STATE, REST):
             raise _fail(module, f"INPUT has {channel.what} of {channel.input!r} twice")
+    if len(tables.contacts) != sum(row.kind == CONTACT for row in tables.events):
+        raise _fail(module, "INPUT has another number of contacts than EVENT")
     if any(channel.is_mode for channel in tables.courses):
         raise _fail(module, "INPUT has a mode before another channel")
 
@@ -252,6 +274,7 @@ def _check_kernels(module: ModuleType, tables: Tables) -> None:
     }
     absent = {name for name, rows in known.items() if not rows}
     absent |= set() if tables.constraints else set(abi.CONSTRAINED)
+    absent |= set() if tables.contacts else set(abi.RESTING)
     for name, signature in abi.SIGNATURES.items():
         if name in absent:
             continue

@@ -29,7 +29,7 @@ ADVICE = {
     Status.INTERRUPTED: "the solution holds what was computed until then",
     Status.NOT_STARTED: "give the initial state",
     Status.NO_EVENT: "give an end to the span, or another event",
-    Status.PILED_UP: "let the event end the run once it does little, or give contact a force in place of the event",
+    Status.PILED_UP: "let the event end the run once it does little, or write it as an Impact, which can come to rest",
 }
 WHAT = {
     Status.FINISHED: "finished",
@@ -149,13 +149,14 @@ def _message(subject: Subject, problem: Problem, method: Method, options: Option
     step = f" with step {options.step:g} s" if options.step is not None and not method.adaptive else ""
     message = f"{subject.name} {WHAT[status]} at t = {at:.9g} s (method {method.name}{step})"
     if status is Status.PILED_UP:
-        message += f": event {trajectory.extras['piled_up']} comes sooner and sooner after the one before"
+        message += f": {trajectory.extras['piled_up']}"
     if trajectory.failed_state >= 0:
         state = subject.states[trajectory.failed_state]
         last = trajectory.states[-1, trajectory.failed_state]
         message += f": {state.name} left first, from {last:.6g} {state.unit}".rstrip()
         message += f" at t = {trajectory.t[-1]:.9g} s"
-    return f"{message}; {(subject.diagnose and subject.diagnose(problem, trajectory)) or ADVICE[status]}"
+    found = trajectory.extras.get("advice") or (subject.diagnose and subject.diagnose(problem, trajectory))
+    return f"{message}; {found or ADVICE[status]}"
 
 
 def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:

@@ -14,16 +14,17 @@ from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.columns import Between
 from qddot.runner.diagnosis import diagnosis
 from qddot.runner.equilibrium import Guess, rest
-from qddot.runner.frame.acting import Stretch, acting_of
+from qddot.runner.frame.acting import acting_of
 from qddot.runner.frame.events import OutputCrossing, StateCrossing
 from qddot.runner.frame.first_call import check_first_calls
 from qddot.runner.frame.hold import switching_of
 from qddot.runner.frame.spans import integrate, span_of
+from qddot.runner.frame.stretches import Stretch, as_run
 from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
-from qddot.runner.manifold import held_by
+from qddot.runner.manifold import held_by, resting_of
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.method import Method
 from qddot.runner.methods import find_method
@@ -118,7 +119,8 @@ class Simulation:
         problem = problem.started_from(x, self._workplaces)
         trajectory = integrate(problem, self.method, self.options)
         whole = Stretch(problem.t0, x, trajectory.statistics.steps, float(trajectory.t[-1]))
-        between = _Between(self, trajectory.extras.get("stretches", (whole,)))
+        between = _Between(self, trajectory.extras.get("stretches") or (whole,))
+        problem = as_run(problem, trajectory)
         solution = as_solution(self.subject, problem, self.method, self.options, trajectory, between)
         if not solution.success and on_failure == "raise":
             raise IntegrationError(solution)
@@ -142,7 +144,7 @@ class _Between:
         parts = [
             DenseOutput(
                 run.subject,
-                replace(run.problem, t0=each.t0, initial_state=each.x),
+                each.seen(run.problem),
                 run.method,
                 run.options if each.first_step is None else replace(run.options, first_step=each.first_step),
                 each.steps,
@@ -212,7 +214,7 @@ def _unpickled(model: Model, subject: Subject, problem: Problem, method: Method,
         input_jacobian=_constant(model, method) if exact else None,
         recurrences=model.series if method.family == "taylor" else None,
         held=held_by(model),
-        acting=acting_of(model),
+        acting=acting_of(model, resting_of(model, stiff=method.stiff)),
         **switching_of(model, method, options),
     )
     check_first_calls(problem, options)

@@ -19,13 +19,18 @@ class Quantity:
 TIME = "t"
 #: That of one that is the mode of a condition in the state.
 STATE = "x"
+#: That of one that says whether the contact of an impact rests.
+REST = "0"
+#: What an event is: one that gives values to states, an impact, an impact that can rest.
+EVENT, IMPACT, CONTACT = "event", "impact", "contact"
 
 
 @dataclass(frozen=True)
 class Channel:
     """An entry of u: an input (order 0), its first or its second time derivative, or a condition's side or mode.
 
-    input: whose value or derivative it is; TIME of a side of a condition in time, STATE of the mode of one in state.
+    input: whose value or derivative it is; TIME of a side of a condition in time, STATE of the mode of one in state,
+    REST of what is 1 while a contact rests.
     """
 
     name: str
@@ -67,13 +72,17 @@ class Constraint:
 
 @dataclass(frozen=True)
 class EventRow:
-    """An event of the model: direction as in `frame.events`; `sets`: the states that take new values there."""
+    """An event of the model: direction as in `frame.events`; `sets`: the states that take new values there.
+
+    kind: EVENT, IMPACT or CONTACT.
+    """
 
     name: str
     direction: int
     terminal: bool
     meaning: str
     sets: tuple[str, ...]
+    kind: str = EVENT
 
 
 @dataclass(frozen=True)
@@ -152,6 +161,11 @@ class Tables:
         return tuple(channel.name for channel in self.inputs if channel.input == TIME)
 
     @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the channels that say whether contacts rest, in the order of the events that can."""
+        return tuple(channel.name for channel in self.inputs if channel.input == REST)
+
+    @property
     def modes(self) -> tuple[str, ...]:
         """Names of the channels that hold conditions in the state on a side, the last ones."""
         return tuple(channel.name for channel in self.inputs if channel.is_mode)
@@ -170,5 +184,7 @@ class Tables:
             raise ValueError(
                 f"model {self.name}: {name} follows from t and parameters ({channel.meaning}): leave it out"
             )
+        if channel.input == REST:
+            raise ValueError(f"model {self.name}: {name} follows from the run ({channel.meaning}): leave it out")
         if channel.order:
             raise ValueError(f"model {self.name}: {name} is {channel.what} of {channel.input}; give {channel.input}")

@@ -1,18 +1,23 @@
 """Impacts: an impulse along the gap, through the masses of all that moves with it."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from sympy import Rational, cos, sin, symbols
 
 import qddot
+from qddot.codegen import lagrange
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.terminal import text
 from qddot.codegen.lagrange import derive
-from qddot.model import Constraint, Coordinate, Impact, Input, ModelError, Parameter, System
+from qddot.model import Coordinate, Impact, Input, ModelError, Parameter, System
+from qddot.model.pendulum import system as pendulum
 
 HALF = Rational(1, 2)
 x, y, z, phi, xdot, ydot, zdot, phidot = symbols("x y z phi xdot ydot zdot phidot")
-m, M, g, e, L, a, w, lam = symbols("m M g e L a w lam")
+m, M, g, e, L, a, w = symbols("m M g e L a w")
 TIGHT = {"rtol": 1e-10, "atol": 1e-12}
 
 
@@ -126,6 +131,67 @@ def test_pages_say_what_an_impact_gives_back():
     assert "the bob at the wall (wall): where this falls through zero, and parts again at e times its rate" in page
 
 
+@pytest.fixture(scope="module")
+def chains(folder):
+    """A pendulum of five links whose tip hits a wall: one written out, one solved at run time."""
+    gap = a - L * sum((sin(angle) for angle in symbols("theta_1:6")), Rational(0))
+    wall = Impact(gap, "wall", "the tip at the wall", restitution=e)
+    plain = pendulum(5)
+    rows = (*plain.parameters, Parameter(a, 0.5, "m", "wall"), Parameter(e, 0.6, "1", "restitution"))
+    made = replace(plain, name="striking", parameters=rows, events=(wall,))
+    found = []
+    for limit in (10**6, 0):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(lagrange, "_LONGEST_ELIMINATION", limit)
+            patch.setattr(lagrange, "_SPARSE", 0)
+            found.append(qddot.load(qddot.generate(made, folder / f"at_most_{limit}")))
+    return found
+
+
+def test_a_chain_solved_at_run_time_is_hit_as_one_written_out(chains):
+    start = {f"theta_{k}": -0.1 for k in range(1, 6)}
+    runs = [qddot.simulate(chain, (0, 3), method="dop853", initial=start, **TIGHT) for chain in chains]
+    assert "decoupled" in Path(chains[1].module.__file__).read_text()
+    assert "decoupled" not in Path(chains[0].module.__file__).read_text()
+    count = len(runs[0].events.times("wall"))
+    assert count >= 1
+    np.testing.assert_allclose(runs[1].events.times("wall"), runs[0].events.times("wall"), rtol=1e-8)
+    np.testing.assert_allclose(runs[1].states[-1], runs[0].states[-1], atol=1e-6)
+    t = runs[0].events.times("wall")[0]
+    before = runs[0].events.states[0]
+    behind = np.array([float(runs[0].at(t)[name]) for name in chains[0].state_names])
+    M = chains[0].matrix("mass")(t, before, np.zeros(1), chains[0].constants(chains[0].parameter_values()))
+    n = -np.cos(before[:5])
+    kick = np.linalg.solve(M, n)
+    np.testing.assert_allclose(behind[5:], before[5:] - 1.6 * (n @ before[5:]) / (n @ kick) * kick, rtol=1e-8)
+
+
+def test_a_cradle_keeps_its_momentum_and_loses_what_its_restitution_takes(folder):
+    """Balls that touch, hit one after the other until none closes; e = 1 gives the last ball all of it."""
+    made = System(
+        "lossy", "Three balls", [Coordinate(s, "m", f"ball {s}") for s in (x, y, z)],
+        [Parameter(m, 2.0, "kg", "mass"), Parameter(e, 0.5, "1", "restitution")],
+        HALF * m * (xdot**2 + ydot**2 + zdot**2),
+        events=[Impact(y - x - 1, "first", "the first meets the second", restitution=e),
+                Impact(z - y - 1, "second", "the second meets the third", restitution=e)],
+    )  # fmt: skip
+    model = qddot.load(qddot.generate(made, folder))
+    for restitution in (1.0, 0.5):
+        v, pair = np.array([2.0, 0.0, 0.0]), [0, 1]
+        while pair:
+            k = pair.pop(0)
+            mean, apart = (v[k] + v[k + 1]) / 2, restitution * (v[k] - v[k + 1]) / 2
+            v[k], v[k + 1] = mean - apart, mean + apart
+            pair += [j for j in (0, 1) if j not in (k, *pair) and v[j] > v[j + 1] + 1e-9]
+        run = qddot.simulate(
+            model, (0, 1), method="dop853", initial=[-1, 1, 2, 2, 0, 0], parameters={"e": restitution}, **TIGHT
+        )
+        np.testing.assert_allclose(run.states[-1, 3:], v, atol=1e-8)
+        assert run.states[-1, 3:].sum() == pytest.approx(2.0, rel=1e-9)
+        if restitution == 1.0:
+            assert (run.states[-1, 3:] ** 2).sum() == pytest.approx(4.0, rel=1e-9)
+
+
 BAD = [
     ([Impact(a - xdot, "wall", "at the wall")], "impact wall: its gap is a - xdot, expected a distance made of"),
     ([Impact(a - x, "wall", "at the wall", then={xdot: 0})], "impact wall has then, which follows"),
@@ -139,8 +205,3 @@ BAD = [
 def test_impacts_that_are_none_are_told(events, message):
     with pytest.raises(ModelError, match=message):
         hitting(events=events)
-
-
-def test_on_constraints_an_event_says_what_becomes_of_velocities():
-    with pytest.raises(ModelError, match="impact wall: impulses on constraints are not known; give an Event"):
-        hitting(constraints=[Constraint(lam, x - L * phi, "N", "gear")])

@@ -218,6 +218,8 @@ class _Writing:
             behind = "; the values behind it, of those before" if values else ""
             if isinstance(event, Impact):
                 behind = f", and parts again at {event.restitution} times its rate, by an impulse along it"
+                if convert_symbol(event.rests_symbol) in self._equations.contacts:
+                    behind += f"; where bounces end, it stays zero, by the force {event.force_symbol} while that pushes"
             ends = "; the run ends there" if event.terminal else ""
             heading = f"{event.meaning} ({event.name}): where this {ways[event.direction]} zero{behind}{ends}"
             where = Formula(self._author.sum(convert(as_expression(event.function))), Sum(()))

@@ -9,6 +9,7 @@ from qddot.runner.batch.outcome import Outcome
 from qddot.runner.batch.prepared import Run
 from qddot.runner.batch.sampling import WHOLE, Sampling
 from qddot.runner.frame.spans import integrate
+from qddot.runner.frame.stretches import as_run
 from qddot.runner.observe import Observer
 from qddot.runner.options import Options
 from qddot.runner.problem import Status, Trajectory
@@ -35,7 +36,8 @@ def _integrate(run: Simulation, row: int, observer: Observer, sampling: Sampling
     outcome.final_states[row] = trajectory.states[-1]
     kept = _on_grid(trajectory, sampling)
     t, states = trajectory.t[:kept], trajectory.states[:kept]
-    outcome.samples[row, :kept] = observer(t, states, run.problem.inputs, run.problem.constants)
+    problem = as_run(run.problem, trajectory)
+    outcome.samples[row, :kept] = observer(t, states, problem.inputs, problem.constants)
 
 
 def _sampled(run: Simulation, sampling: Sampling) -> Options:

@@ -9,7 +9,7 @@ from qddot.runner.checks import finite, shown
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.shapes import constant
 from qddot.runner.inputs.signal import START, InputTable, Signal, derivative_pieces, jumps, stack
-from qddot.runner.tables import TIME, Channel, Tables
+from qddot.runner.tables import REST, TIME, Channel, Tables
 
 
 def bind(
@@ -26,6 +26,7 @@ def bind(
     for channel in sorted(tables.inputs[: tables.rhs_inputs], key=lambda each: -each.order):
         if channel.order:
             check_smooth(channel, signals[channel.input])
+    signals |= {REST: constant(0.0)}
     found = [sides[channel.name] if channel.input == TIME else signals[channel.input] for channel in tables.courses]
     found += [constant(0.0) for _ in tables.modes]
     return stack(found, [channel.order for channel in tables.inputs])

@@ -9,9 +9,10 @@ import numpy as np
 from qddot.runner.frame.acting import acting_of
 from qddot.runner.frame.hold import switching_of
 from qddot.runner.frame.spans import integrate
+from qddot.runner.frame.stretches import as_run
 from qddot.runner.lanes.starts import table_of
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.manifold import held_by
+from qddot.runner.manifold import held_by, resting_of
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.result import outputs_of
 
@@ -32,7 +33,7 @@ def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_
         wanted = times[(times >= t0) & (times <= t1)]
         options = replace(task.options, output_times=wanted if len(wanted) else np.array([t1]), time_limit=left)
         trajectory = integrate(problem, task.method, options)
-        _write(task, run, problem, trajectory)
+        _write(task, run, as_run(problem, trajectory), trajectory)
         if trajectory.status is Status.INTERRUPTED:
             arrays["status"][run:] = int(Status.INTERRUPTED)
             return
@@ -54,7 +55,7 @@ def _problem(task: "Task", run: int) -> Problem:
         jacobian=model.matrix("jacobian") if task.method.stiff else None,
         by_item=True,
         held=held_by(model),
-        acting=acting_of(model),
+        acting=acting_of(model, resting_of(model, stiff=task.method.stiff)),
         **switching_of(model, task.method, task.options),
     )
 

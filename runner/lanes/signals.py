@@ -16,7 +16,7 @@ from qddot.runner.inputs.short import stops_within
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.lanes.guides import ways
 from qddot.runner.lanes.tables import EVEN, GUIDED
-from qddot.runner.tables import TIME, Tables
+from qddot.runner.tables import REST, TIME, Tables
 
 #: What may be given once or for each run.
 EACH = "a finite number, or one for each run"
@@ -132,6 +132,7 @@ def stack_runs(
     columns: dict[str, tuple[Any, Any, Any]] = {name: (found.number(zero), 0.0, 0.0) for name in tables.free_inputs}
     for name, value in (_by_name(tables, inputs, runs, zero) | dict(sides)).items():
         columns[name] = _column(found, f"input {name}", value)
+    columns[REST] = (found.number(zero), 0.0, 0.0)
     shape = (runs, len(tables.inputs))
     table, rate, offset = np.zeros(shape, dtype=np.int64), np.zeros(shape), np.zeros(shape)
     for i in range(len(tables.courses), len(tables.inputs)):

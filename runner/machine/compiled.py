@@ -57,6 +57,8 @@ _NOTHING_COMPILED = (
     "commands",
     "files.py",
     "frame/acting.py",
+    "frame/contact.py",
+    "frame/stretches.py",
     "notebook.py",
     "stale.py",
     "machine/places.py",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.frame.stretches import channels_of, inputs_as_run
 from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.load import Model, Parameters
@@ -54,6 +55,7 @@ def balance(
     shown = solution.closely
     t, c = np.array(shown.t), model.constants(model.parameter_values(parameters))
     table = bind(model.tables, inputs, sides(model, c, t[0], t[-1]))
+    table = inputs_as_run(table, channels_of(model.tables), solution.extras or {}) or table
     watched = observer(model, [each.name for each in ENERGIES])
 
     def energies(times: Vector, states: Vector) -> Vector:
