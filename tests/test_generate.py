@@ -187,7 +187,7 @@ def test_the_daily_move_an_eighth_coordinate_follows_everywhere(tmp_path):
         assert text.count(old) == 1, old
         text = text.replace(old, new)
     model.write_text(text)
-    environment = {"PYTHONPATH": str(copy / ".types")}
+    environment = {"PYTHONPATH": str(copy / ".types"), "NUMBA_CACHE_DIR": str(ROOT / "runner" / "__pycache__")}
 
     def there(*arguments):
         return subprocess.run(

@@ -1,5 +1,7 @@
 """Batches of a second process compile nothing."""
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -32,8 +34,28 @@ print([sum(loop.stats.cache_hits.values()) for loop in loops], names)
 """
 
 
+ROOT = Path(__file__).parent.parent
+COMMAND = [sys.executable, "-P", "-c", SECOND_PROCESS]
+
+
 def test_a_second_process_compiles_nothing():
     """Loops, what they call by address, the lane kernel and the exact batch come from the cache, in every process."""
-    command, root = [sys.executable, "-c", SECOND_PROCESS], Path(__file__).parent.parent
-    _, second = (subprocess.run(command, capture_output=True, text=True, cwd=root, check=True) for _ in range(2))
+    _, second = (subprocess.run(COMMAND, capture_output=True, text=True, cwd=ROOT, check=True) for _ in range(2))
     assert second.stdout.strip() == "[1, 1, 1] []"
+
+
+def test_a_copy_of_the_same_source_takes_what_was_compiled(tmp_path):
+    """Where NUMBA_CACHE_DIR leads both to the same folder: loops, not the kernels, which are a module's own."""
+    subprocess.run(COMMAND, capture_output=True, cwd=ROOT, check=True)
+    copy = tmp_path / "qddot"
+    left_out = shutil.ignore_patterns(
+        ".venv*", ".git", "__pycache__", "results", ".*_cache", ".hypothesis", "docs", "tests"
+    )
+    shutil.copytree(ROOT, copy, symlinks=True, ignore=left_out)
+    environment = {"PYTHONPATH": str(copy / ".types"), "NUMBA_CACHE_DIR": str(ROOT / "runner" / "__pycache__")}
+    done = subprocess.run(
+        COMMAND, capture_output=True, text=True, cwd=copy, check=True, env={**os.environ, **environment}
+    )
+    loops, names = done.stdout.strip().split("] ")
+    assert loops == "[1, 1, 1"
+    assert "run_slice" not in names and "restart" not in names and "read_inputs" not in names

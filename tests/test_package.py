@@ -58,6 +58,7 @@ def run(installed, *arguments, blocked=()):
     """`python ARGUMENTS` in the user's folder; importing one of the blocked libraries fails as if it were not there."""
     python, folder, _ = installed
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment["NUMBA_CACHE_DIR"] = str(ROOT / "runner" / "__pycache__")  # drivers of the same source are there
     if blocked:
         site = folder / "blocked"
         site.mkdir(exist_ok=True)

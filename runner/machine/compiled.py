@@ -18,7 +18,7 @@ from typing import Any
 import numba
 from numba import config, njit
 from numba.core import dispatcher
-from numba.core.caching import FunctionCache, NullCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, UserProvidedCacheLocator
 from numba.np import linalg
 
 from qddot.runner.files import keep_newest
@@ -111,8 +111,26 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
+class _Locator(UserProvidedCacheLocator):
+    """Where a function of the runner is kept within the folder of its source: the same place in every copy of that."""
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file: str) -> str:
+        """The rooms that lead to a file, instead of numba's digest of where it lies."""
+        file, runner = Path(py_file).absolute(), Path(__file__).absolute().parent.parent
+        if not file.is_relative_to(runner):
+            return str(super().get_suitable_cache_subpath(py_file))
+        return "_".join(("runner", *file.relative_to(runner).parent.parts))
+
+
+class _Kept(CompileResultCacheImpl):
+    _locator_classes = [_Locator, *CompileResultCacheImpl._locator_classes]  # noqa: RUF012 - as numba has it
+
+
 class _Cache(FunctionCache):
     """Numba's cache of a function, without which the program goes on: a disk may be full, a file cut short."""
+
+    _impl_class = _Kept
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """What is there, None where it cannot be read."""
