@@ -44,10 +44,23 @@ def until(process, word, patience=180.0):
     return said.decode()
 
 
+@pytest.fixture
+def heeded():
+    """Processes that are started heed Ctrl-C; those of tests in the background of a shell would not."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeded")
 def test_a_change_of_the_study_runs_it_again_and_ctrl_c_ends_it(study):
     command = [sys.executable, "-m", "qddot", "run", "study.toml", "--watch", "--no-figure", "--set", "span=[0,0.2]"]
     with subprocess.Popen(
-        command, cwd=study.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
+        command,
+        cwd=study.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
     ) as process:
         try:
             first = until(process, "Ctrl-C ends it")
