@@ -2,7 +2,7 @@
 
 from qddot.model import Constraint, Contact, Coordinate, DryFriction, Event, Impact, Input, Output, Parameter
 from qddot.model import Part, Prescribed, Quantity, Rolling, State, System, Table, from_sympy
-from qddot.model import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
+from qddot.model import Arrow, Bar, Damper, Disc, Ground, Polygon, Spring, Wheel
 """
 
 from qddot.model.constraints import Constraint, Rolling
@@ -10,7 +10,7 @@ from qddot.model.contact import Contact
 from qddot.model.events import Event, Impact
 from qddot.model.friction import DryFriction
 from qddot.model.part import Part
-from qddot.model.scene import Arrow, Bar, Damper, Ground, Point, Polygon, Spring, Wheel
+from qddot.model.scene import Arrow, Bar, Damper, Disc, Ground, Polygon, Spring, Wheel
 from qddot.model.sympy_mechanics import from_sympy
 from qddot.model.system import Coordinate, Input, ModelError, Output, Parameter, Prescribed, Quantity, State, System, t
 from qddot.model.table import Table
@@ -22,6 +22,7 @@ __all__ = [
     "Contact",
     "Coordinate",
     "Damper",
+    "Disc",
     "DryFriction",
     "Event",
     "Ground",
@@ -31,7 +32,6 @@ __all__ = [
     "Output",
     "Parameter",
     "Part",
-    "Point",
     "Polygon",
     "Prescribed",
     "Quantity",

@@ -2,7 +2,7 @@
 
 from sympy import Rational, Symbol, cos, sin, symbols
 
-from qddot.model.scene import Arrow, Bar, Ground, Point, Polygon, Wheel
+from qddot.model.scene import Arrow, Bar, Disc, Ground, Polygon, Wheel
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
@@ -38,7 +38,7 @@ def system() -> System:
             Wheel((x - 0.15, -0.09), 0.07, angle=-x / 0.07),
             Wheel((x + 0.15, -0.09), 0.07, angle=-x / 0.07),
             Bar((x, 0), (x + length * sin(theta), length * cos(theta)), 0.05, colour="orange"),
-            Point((x, 0), 0.035, colour="dark"),
+            Disc((x, 0), 0.035, colour="dark"),
         ),
         outputs=(Output(Symbol("x_tip"), x + length * sin(theta), "m", "horizontal position of the pole's tip"),),
     )

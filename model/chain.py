@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from sympy import Add, Rational, Symbol, symbols
 
-from qddot.model.scene import Damper, Point, Polygon, Spring
+from qddot.model.scene import Damper, Disc, Polygon, Spring
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 #: The most masses that are drawn: more are finer than a page shows.
@@ -41,7 +41,7 @@ def system(n: int = 10) -> System:
             Polygon([(-0.03, -0.12), (0, -0.12), (0, 0.12), (-0.03, 0.12)], at=(places[0], 0), colour="grey"),
             *(Spring((start, 0.025), (end, 0.025), 0.03) for start, end in links),
             *(Damper((start, -0.025), (end, -0.025), 0.02) for start, end in links),
-            *(Point((place, 0), 0.035, colour="blue") for place in places[1:]),
+            *(Disc((place, 0), 0.035, colour="blue") for place in places[1:]),
         ),
     )
 

@@ -2,7 +2,7 @@
 
 from sympy import Rational, Symbol, cos, sin, symbols
 
-from qddot.model.scene import Bar, Point
+from qddot.model.scene import Bar, Disc
 from qddot.model.system import Coordinate, Output, Parameter, System
 
 
@@ -43,8 +43,8 @@ def system() -> System:
         scene=(
             Bar((0, 0), upper),
             Bar(upper, lower),
-            Point((0, 0), colour="dark"),
-            Point(upper, l_1 / 12),
-            Point(lower, l_2 / 12),
+            Disc((0, 0), colour="dark"),
+            Disc(upper, l_1 / 12),
+            Disc(lower, l_2 / 12),
         ),
     )

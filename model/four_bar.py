@@ -3,7 +3,7 @@
 from sympy import Rational, Symbol, cos, sin, symbols
 
 from qddot.model.constraints import Constraint
-from qddot.model.scene import Arrow, Bar, Point, Polygon
+from qddot.model.scene import Arrow, Bar, Disc, Polygon
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 
 
@@ -65,7 +65,7 @@ def system() -> System:
             Bar((d, 0), closing, 0.05, colour="olive"),
             Bar(pin, end, 0.05),
             Bar((0, 0), pin, 0.05, colour="orange"),
-            *(Point(place, 0.02, colour="dark") for place in ((0, 0), pin, closing, (d, 0))),
+            *(Disc(place, 0.02, colour="dark") for place in ((0, 0), pin, closing, (d, 0))),
             Arrow(closing, (lam_x, lam_y)),  # on the rocker
         ),
     )

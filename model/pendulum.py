@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from sympy import Add, Rational, Symbol, cos, sin, symbols
 
-from qddot.model.scene import Bar, Point
+from qddot.model.scene import Bar, Disc
 from qddot.model.system import Coordinate, Output, Parameter, System
 
 #: The most links that are drawn: places of many are longer to derive than their equations.
@@ -46,7 +46,7 @@ def system(n: int = 3) -> System:
         if n > DRAWN
         else (
             *(Bar(upper, lower) for upper, lower in pairwise([(0, 0), *masses])),
-            Point((0, 0), colour="dark"),
-            *(Point(mass, length / 10) for mass in masses),
+            Disc((0, 0), colour="dark"),
+            *(Disc(mass, length / 10) for mass in masses),
         ),
     )

@@ -7,7 +7,7 @@ beside it, in series with a dashpot c_1, an accumulator k_1 beside all of them, 
 
 from sympy import Abs, Max, Min, Rational, Symbol, symbols
 
-from qddot.model.scene import Arrow, Damper, Point, Polygon, Spring
+from qddot.model.scene import Arrow, Damper, Disc, Polygon, Spring
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, State, System
 
 
@@ -98,7 +98,7 @@ def system() -> System:
             Polygon([(-0.05, -0.1), (-0.02, -0.1), (-0.02, -0.03), (-0.05, -0.03)], at=(-x, 0), colour="olive"),
             Polygon(barrel, at=(-x, 0), colour="olive"),
             Polygon(flash, at=(-x, 0), colour="yellow", when=F),
-            Point((-x - 0.035, -0.09), 0.008, colour="dark"),
+            Disc((-x - 0.035, -0.09), 0.008, colour="dark"),
             Arrow((-x - 0.12, 0.06), (-F, 0)),
         ),
     )

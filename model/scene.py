@@ -32,7 +32,7 @@ class _Shape:
 
 
 @dataclass(frozen=True)
-class Point(_Shape):
+class Disc(_Shape):
     """A disc about a place: a point mass, a pin. A radius of 0 leaves its size to who draws."""
 
     at: Place
@@ -128,8 +128,8 @@ class Arrow(_Shape):
     when: Amount | None = None
 
 
-Shape = Point | Bar | Spring | Damper | Wheel | Polygon | Ground | Arrow
-KINDS: tuple[type[Any], ...] = (Point, Bar, Spring, Damper, Wheel, Polygon, Ground, Arrow)
+Shape = Disc | Bar | Spring | Damper | Wheel | Polygon | Ground | Arrow
+KINDS: tuple[type[Any], ...] = (Disc, Bar, Spring, Damper, Wheel, Polygon, Ground, Arrow)
 
 #: The unit of a number by the field that it stands in; "" where any will do. Other fields hold no numbers.
 _UNITS: Mapping[str, str] = {

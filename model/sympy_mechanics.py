@@ -6,10 +6,10 @@ taken by its bodies and loads, its speeds written by the rates of its coordinate
 
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from sympy import Derivative, Expr, Float, Matrix, Symbol, sympify
+from sympy import Basic, Derivative, Expr, Float, Matrix, Symbol, sympify
 from sympy.core.function import AppliedUndef
 
 from qddot.model.constraints import Constraint, Rolling
@@ -37,12 +37,14 @@ def from_sympy(
     inputs: Sequence[Input] = (),
     multipliers: Sequence[Multiplier] = (),
     outputs: Sequence[Output] = (),
+    scene: Sequence[Any] = (),
     parameter_sets: Mapping[str, Mapping[Symbol, float]] | None = None,
 ) -> System:
     """The model that a method of SymPy's mechanics describes.
 
     coordinates: one for each of the method's, which may be given as it is there, `Coordinate(q, "rad", "angle")`; so
-    may inputs, functions of time that are no coordinates, and outputs, which may use speeds and multipliers, too.
+    may inputs, functions of time that are no coordinates, outputs, which may use speeds and multipliers, too, and the
+    shapes of the scene.
     multipliers: (name, unit, meaning) of those of the constraints, holonomic ones first.
 
     A Lagrangian is split into T, which vanishes at rest, and Pi. Loads become generalized forces. Raises ModelError,
@@ -65,6 +67,7 @@ def from_sympy(
         inputs=channels,
         constraints=_constraints(name, multipliers, on_positions, on_velocities),
         outputs=[replace(each, expression=reading(each.expression)) for each in outputs],
+        scene=[_everywhere(reading, each) for each in scene],
         parameter_sets=parameter_sets or {},
         **parts,
     )
@@ -98,6 +101,15 @@ class _Reading:
             raise ModelError(f"model {self._name}: {function} is used, a derivative of {inner} that a System has not")
         hint = f'Input({inner.func.__name__}, "...", "...") where it is given from outside'
         raise ModelError(f"model {self._name}: {inner} is no coordinate of the method and no input: declare it, {hint}")
+
+
+def _everywhere(reading: _Reading, value: Any) -> Any:
+    """A shape of a scene with what stands in it read, lists of places too; what is no expression as it is."""
+    if isinstance(value, tuple | list):
+        return tuple(_everywhere(reading, each) for each in value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{each.name: _everywhere(reading, getattr(value, each.name)) for each in fields(value)})
+    return reading(value) if isinstance(value, Basic) else value
 
 
 def _symbol(given: Any) -> Any:

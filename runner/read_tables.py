@@ -30,7 +30,7 @@ from qddot.runner.tables import (
 )
 
 #: Shapes of a scene with how many numbers they have at least.
-SHAPES = {"point": 3, "bar": 5, "spring": 5, "damper": 5, "wheel": 3, "polygon": 10, "ground": 3, "arrow": 4}
+SHAPES = {"disc": 3, "bar": 5, "spring": 5, "damper": 5, "wheel": 3, "polygon": 10, "ground": 3, "arrow": 4}
 MASS_MATRICES = ("constant", "diagonal", "configuration-dependent")
 
 

@@ -6,7 +6,7 @@ from derived import generated_module
 from sympy import Matrix, Symbol, cos, lambdify, sin, symbols
 from sympy.physics import mechanics as me
 
-from qddot.model import Coordinate, Input, ModelError, Output, Parameter, from_sympy
+from qddot.model import Arrow, Bar, Coordinate, Input, ModelError, Output, Parameter, Polygon, from_sympy
 
 m, k, g, L, r, c = symbols("m k g L r c", positive=True)
 VALUES = {m: 1.3, k: 40.0, g: 9.81, L: 0.7, r: 0.4, c: 0.6}
@@ -249,3 +249,25 @@ def test_a_speed_that_nothing_determines_is_refused():
     method = me.KanesMethod(N, q, u, kd_eqs=kinematic, bodies=[me.Particle("P", P, m)])
     with pytest.raises(ModelError, match="the kinematic equations cannot be solved for the generalized speeds"):
         from_sympy(method, "a", "A", coordinates=[Coordinate(each, "m", "x") for each in q], parameters=parameters(m))
+
+
+def test_a_scene_is_read_as_the_rest_is():
+    theta, push = me.dynamicsymbols("theta push")
+    method = me.LagrangesMethod(m * (L * theta.diff()) ** 2 / 2 + m * g * L * cos(theta), [theta])
+    method.form_lagranges_equations()
+    bob = (L * sin(theta), -L * cos(theta))
+    taken = from_sympy(
+        method,
+        "swing",
+        "Swing",
+        coordinates=[Coordinate(theta, "rad", "angle")],
+        parameters=parameters(m, g, L),
+        inputs=[Input(push, "N", "push")],
+        scene=[Bar((0, 0), bob), Polygon([(0, 0), [L, 0], bob], colour="blue", angle=2 * theta), Arrow(bob, (push, 0))],
+    )
+    angle = Symbol("theta")
+    place = (L * sin(angle), -L * cos(angle))
+    bar, polygon, arrow = taken.scene
+    assert str((bar.start, bar.end)) == str(((0, 0), place))
+    assert str(polygon.corners) == str(((0, 0), (L, 0), place)) and polygon.colour == "blue"
+    assert str(polygon.angle) == "2*theta" and str(arrow.force) == "(push, 0)"

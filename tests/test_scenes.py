@@ -17,13 +17,13 @@ from qddot.model import (
     Constraint,
     Coordinate,
     Damper,
+    Disc,
     Ground,
     Input,
     ModelError,
     Output,
     Parameter,
     Part,
-    Point,
     Polygon,
     Spring,
     System,
@@ -148,7 +148,7 @@ def test_nothing_that_is_computed_depends_on_a_scene():
     """The text of the module without the scene's table and function is that of the model without a scene."""
     bare, seen = (
         formatted(artefacts(each, "m.py"))["mass.py"]
-        for each in (mass(), mass(scene=[Ground([(0, w)]), Spring((0, w), (0, 1 + x)), Point((0, 1 + x), 0.1)]))
+        for each in (mass(), mass(scene=[Ground([(0, w)]), Spring((0, w), (0, 1 + x)), Disc((0, 1 + x), 0.1)]))
     )
 
     def without(text):
@@ -194,27 +194,27 @@ F = Symbol("F")
 @pytest.mark.parametrize(
     ("shape", "message"),
     [
-        (3, "scene[0] is 3, expected Point, Bar, Spring, Damper, Wheel, Polygon, Ground, Arrow"),
+        (3, "scene[0] is 3, expected Disc, Bar, Spring, Damper, Wheel, Polygon, Ground, Arrow"),
         (Spring(0, (0, x)), "scene[0], spring: start is 0, expected a pair (x, y)"),
         (Bar((0, 0), (0, x, 1)), "scene[0], bar: end is (0, x, 1), expected a pair (x, y)"),
         (Polygon([(0, 0), (1, 1)]), "scene[0], polygon: it has 2 corners, expected 3 or more"),
         (Ground([]), "scene[0], ground: it has 0 points, expected 1 or more"),
         (Ground(x), "scene[0], ground: points is x, expected pairs (x, y)"),
         (Ground([0, x]), "scene[0], ground: points is (0, x), expected pairs (x, y)"),
-        (Point((0, x), colour="bleu"), "scene[0], point: the colour 'bleu' is not known; did you mean blue?"),
-        (Point((0, x), colour="#fff"), "the colour '#fff' is not known, expected one of blue, olive, sand,"),
+        (Disc((0, x), colour="bleu"), "scene[0], disc: the colour 'bleu' is not known; did you mean blue?"),
+        (Disc((0, x), colour="#fff"), "the colour '#fff' is not known, expected one of blue, olive, sand,"),
         (Polygon([(0, 0), (1, 1), (x, 0)], filled=1), "scene[0], polygon: filled is 1, expected True or False"),
         (Spring((0, "w"), (0, x)), "scene[0], spring: start, y is a str, expected a SymPy expression"),
-        (Point((0, True)), "scene[0], point: at, y is a bool, expected a SymPy expression"),
+        (Disc((0, True)), "scene[0], disc: at, y is a bool, expected a SymPy expression"),
         (Spring((0, w), (0, x + k)), None),
-        (Point((0, k * x)), "scene[0], point: at, y is in kg m/s^2, expected m: it is k*x"),
+        (Disc((0, k * x)), "scene[0], disc: at, y is in kg m/s^2, expected m: it is k*x"),
         (Damper((0, w), (0, x), m), "scene[0], damper: width is in kg, expected m: it is m"),
         (Wheel((0, x), 0.3, angle=x), "scene[0], wheel: angle is in m, expected rad: it is x"),
         (Arrow((0, x), (0, m * xdot)), "scene[0], arrow: force, y is in kg m/s, expected N: it is m*xdot"),
-        (Point((0, F)), "scene[0], point: at, y uses F, which is not declared"),
-        (Point((0, Symbol("wdott"))), "at, y uses wdott, which is not declared; did you mean wdot?"),
-        (Point((0, floor(x))), "scene[0], point: at, y uses floor(x): floor has no compiled form"),
-        (Point((0, x), 1 / sympy.Integer(0)), "scene[0], point: radius uses zoo: something is divided by zero"),
+        (Disc((0, F)), "scene[0], disc: at, y uses F, which is not declared"),
+        (Disc((0, Symbol("wdott"))), "at, y uses wdott, which is not declared; did you mean wdot?"),
+        (Disc((0, floor(x))), "scene[0], disc: at, y uses floor(x): floor has no compiled form"),
+        (Disc((0, x), 1 / sympy.Integer(0)), "scene[0], disc: radius uses zoo: something is divided by zero"),
     ],
 )
 def test_a_bad_scene_is_refused_by_name(shape, message):
@@ -228,8 +228,8 @@ def test_a_bad_scene_is_refused_by_name(shape, message):
 
 def test_all_that_is_wrong_is_told_at_once():
     with pytest.raises(ModelError) as caught:
-        mass(scene=[Point((0, k * x)), Wheel((0, x), k)])
-    assert "scene[0], point" in str(caught.value) and "scene[1], wheel: radius" in str(caught.value)
+        mass(scene=[Disc((0, k * x)), Wheel((0, x), k)])
+    assert "scene[0], disc" in str(caught.value) and "scene[1], wheel: radius" in str(caught.value)
 
 
 def test_what_a_scene_alone_uses_is_used():
@@ -241,7 +241,7 @@ def test_what_a_scene_alone_uses_is_used():
     ]
     with pytest.raises(ModelError, match="parameter r is used nowhere"):
         mass(parameters=parameters)
-    assert mass(parameters=parameters, scene=[Point((0, x), r)]).scene[0].radius == r
+    assert mass(parameters=parameters, scene=[Disc((0, x), r)]).scene[0].radius == r
 
 
 def test_parts_carry_their_scenes_with_them():
@@ -307,7 +307,7 @@ def test_angles_of_a_turned_body_count_as_in_mathematics(tmp_path):
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ('"spring"', '"sprung"', r"SCENE\[1\] is of kind 'sprung', expected one of point, bar, spring"),
+        ('"spring"', '"sprung"', r"SCENE\[1\] is of kind 'sprung', expected one of disc, bar, spring"),
         ('("spring", "orange", 5,', '("spring", "orange", 4,', r"SCENE\[1\] has 4 numbers, too few for a spring"),
         ('("spring", "orange", 5,', '("spring", "orange", "5",', r"SCENE\[1\] is .*expected \(kind, colour, size,"),
         ("def scene(", "def scenes(", "kernel 'scene' is missing"),
@@ -323,7 +323,7 @@ def test_a_malformed_scene_of_a_module_is_refused(tmp_path, before, after, messa
 
 
 def test_the_kernel_is_compiled_when_it_is_wanted(tmp_path):
-    model = qddot.load(qddot.generate(mass(scene=[Point((0, x))]), tmp_path))
+    model = qddot.load(qddot.generate(mass(scene=[Disc((0, x))]), tmp_path))
     run = qddot.simulate(model, (0, 1), step=0.01)
     assert "scene" not in model._kernels
     run.animate()

@@ -22,7 +22,7 @@ _NARROW, _WIDE, _OUTDOORS = 0.8, 2.6, 1.9
 _FAR = 3.0
 _ACROSS: dict[str, slice] = {
     **dict.fromkeys(("bar", "spring", "damper"), slice(0, 4, 2)),
-    **dict.fromkeys(("point", "wheel", "arrow"), slice(0, 1)),
+    **dict.fromkeys(("disc", "wheel", "arrow"), slice(0, 1)),
     **{"ground": slice(0, -1, 2), "polygon": slice(-4, -3)},
 }
 
@@ -179,7 +179,7 @@ def _corners(shape: Shape, values: Numbers) -> Numbers:
         across = x[:, None] + cos * body[..., 0] - sin * body[..., 1]
         up = y[:, None] + sin * body[..., 0] + cos * body[..., 1]
         return _widened(np.stack([across, up], axis=-1), width / 2)
-    if shape.kind in ("point", "wheel"):
+    if shape.kind in ("disc", "wheel"):
         return _widened(values[:, None, :2], values[:, 2])
     if shape.kind == "arrow":
         return np.stack([values[:, :2], values[:, :2] + values[:, 2:4]], axis=1)

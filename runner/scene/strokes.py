@@ -127,7 +127,7 @@ def _arrow(shape: Shape, values: Sequence[float], box: Box, *_: Any) -> list[Str
     ]
 
 
-def _point(shape: Shape, values: Sequence[float], box: Box, *_: Any) -> list[Stroke]:
+def _disc(shape: Shape, values: Sequence[float], box: Box, *_: Any) -> list[Stroke]:
     return [Stroke(np.array([values[:2]]), values[2] or 0.5 * box.unit, filled=True)]
 
 
@@ -153,7 +153,7 @@ def _polygon(shape: Shape, values: Sequence[float], box: Box, *_: Any) -> list[S
 
 _KINDS = {
     "ground": _ground,
-    "point": _point,
+    "disc": _disc,
     "wheel": _wheel,
     "polygon": _polygon,
     "arrow": _arrow,
