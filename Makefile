@@ -6,8 +6,9 @@ STUDY ?= studies/one_shot.toml
 STORE ?= results/$(basename $(notdir $(STUDY))).zarr
 PYTEST ?= -q -n auto --dist loadfile
 BENCH ?=
+RESULTS ?=
 
-.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper gallery lint format bench bench-compare clean
+.PHONY: help demo test docs run show batch resume summary plot list generate check equations verify compare identify paper gallery lint format bench bench-compare bench-pages clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -86,6 +87,9 @@ bench: $(VENV)-bench/run ## speed, beside other tools in an environment of their
 # The files behind the goal are its arguments; as goals they are there already.
 bench-compare: $(VENV)/run ## two results of `make bench` row by row: make bench-compare A.json B.json
 	@$(BIN)/python -m benchmarks.compare $(filter-out $@,$(MAKECMDGOALS))
+
+bench-pages: $(VENV)/run ## speed as the pages show it, from docs/speed.json or new: make bench-pages RESULTS=results/benchmarks.json
+	$(BIN)/python -m benchmarks.pages $(RESULTS)
 
 clean: ## remove results and caches; `rm -rf .venv` removes the environment
 	rm -rf results build .pytest_cache .mypy_cache .ruff_cache .hypothesis

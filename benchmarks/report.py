@@ -13,6 +13,7 @@ from qddot.runner.files import written_aside
 
 #: What is measured here, by the names under which they are installed.
 TOOLS = (
+    "qddot",
     "heyoka",
     "numbalsoda",
     "CyRK",
