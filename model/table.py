@@ -21,8 +21,8 @@ _ENDINGS = ("", "_slope", "_curvature", "_third_derivative")
 DATA, LINES = "_pieces", ("_x", "_y")
 #: What has behind its name that holds a piece, and what changes its sign where pieces meet.
 HELD, KNOTS = "_held", "_knots"
-#: Kinks that are located: of a derivative up to this one, and of tables of so many lines; beyond that steps cross them.
-_LAST_LOCATED, _MOST_LOCATED = 2, 100
+#: Knots of tables of so many lines are located; beyond that steps cross them.
+_MOST_LOCATED = 100
 _OUTSIDE = {"hold": "its ends held outside", "extend": "its ends extended", "refuse": "no number outside"}
 
 
@@ -156,9 +156,8 @@ class Table:
     def located(self) -> tuple[bool, ...]:
         """Of each argument, whether methods that locate switches end their steps where pieces meet."""
         lines = (self.x, self.y)[: self.count]
-        jumping = SMOOTHNESS[self.interpolation] + 1 <= _LAST_LOCATED
         inner = 2 if self.outside == "refuse" else 0
-        return tuple(jumping and inner < len(line) <= _MOST_LOCATED for line in lines)
+        return tuple(inner < len(line) <= _MOST_LOCATED for line in lines)
 
     @cached_property
     def knots(self) -> tuple[Pieces, ...]:

@@ -25,7 +25,9 @@ from qddot.model.interpolation import alternating
 
 x, xdot, y, ydot, m, J, c = symbols("x xdot y ydot m J c")
 LINE = [-2.0, -1.0, 0.0, 0.5, 1.5]
-PULL = {"linear": [3.0, 1.0, 0.0, -2.0, -3.0], "monotone": [3.0, 1.0, 0.0, -2.0, -3.0]}
+PULL = {kind: [3.0, 1.0, 0.0, -2.0, -3.0] for kind in ("linear", "monotone", "cubic")}
+#: The most evaluations of dop853 that locates, of those where it ignores: the first derivatives cost it most.
+MOST = {"linear": 0.5, "monotone": 0.8, "cubic": 1.1}
 SPAN, TIGHT = 10.0, {"rtol": 1e-9, "atol": 1e-11}
 
 
@@ -104,14 +106,15 @@ def made(tmp_path_factory):
 
 @pytest.fixture(scope="module", params=PULL)
 def sprung(request, made):
-    """The model, and where it ends."""
+    """The model, where it ends, and the kind of its table."""
     table = spring(request.param)
 
     def rates(t, state, cell):
         origin, *coefficients = table.pieces.pieces[cell[0]]
         return [state[1], np.polyval(coefficients[::-1], state[0] - origin)]
 
-    return made(mass(table, f"sprung_{request.param}")), by_pieces(rates, [(lambda s: s[0], LINE)], [1.2, 0.0], SPAN)
+    end = by_pieces(rates, [(lambda s: s[0], LINE)], [1.2, 0.0], SPAN)
+    return made(mass(table, f"sprung_{request.param}")), end, request.param
 
 
 METHODS = [
@@ -123,18 +126,18 @@ METHODS = [
 
 @pytest.mark.parametrize(("method", "options", "tolerance"), METHODS)
 def test_a_mass_on_points_goes_from_knot_to_knot(sprung, method, options, tolerance):
-    model, expected = sprung
+    model, expected, _ = sprung
     run = qddot.simulate(model, (0, SPAN), method=method, initial=[1.2, 0.0], **options)
     np.testing.assert_allclose(run.states[-1], expected, rtol=0, atol=tolerance)
 
 
 def test_knots_are_worth_their_search(sprung):
-    model, expected = sprung
+    model, expected, kind = sprung
     located, ignored = (
         qddot.simulate(model, (0, SPAN), method="dop853", initial=[1.2, 0.0], switching=way, **TIGHT)
         for way in ("locate", "ignore")
     )
-    assert located.statistics.evaluations < 0.8 * ignored.statistics.evaluations
+    assert located.statistics.evaluations < MOST[kind] * ignored.statistics.evaluations
     errors = [np.abs(run.states[-1] - expected).max() for run in (located, ignored)]
     assert errors[0] < errors[1]
 
@@ -156,7 +159,7 @@ def test_a_piece_that_is_held_goes_on_beyond_its_end(made):
 
 
 def test_lanes_step_over_knots_as_runs_that_ignore_them(sprung):
-    model, _ = sprung
+    model, _, _ = sprung
     starts = np.linspace(0.2, 1.4, 8)
     batch = qddot.simulate_batch(model, (0, 2), method="tsit5", initial={"x": starts}, output_times=[2.0], **TIGHT)
     for k, each in enumerate(starts):
@@ -165,11 +168,11 @@ def test_lanes_step_over_knots_as_runs_that_ignore_them(sprung):
 
 
 def test_which_knots_are_located(made):
-    """Of tables whose first or second derivative jumps, up to 100 points, at what moves; within where it refuses."""
+    """Of tables of any kind, up to 100 points, at what moves; within where it refuses."""
     many = np.linspace(0.0, 1.0, 101)
     for table, argument, count in (
         (spring("linear"), x, 1),
-        (Table("pull", "N", LINE, PULL["linear"], interpolation="cubic"), x, 0),
+        (Table("pull", "N", LINE, PULL["linear"], interpolation="cubic"), x, 1),
         (Table("pull", "N", many, many**2), x, 0),
         (Table("pull", "N", [0, 1], [0, 1], outside="refuse"), x, 0),
         (Table("pull", "N", LINE, PULL["linear"]), m, 0),
