@@ -71,7 +71,7 @@ for (const figure of document.querySelectorAll("figure.scene:not([data-live])"))
       const corners = [end, [foot[0] - side * along[1], foot[1] + side * along[0]], [foot[0] + side * along[1], foot[1] - side * along[0]]];
       return [["thick", line([[v[0], v[1]], foot]), 0.22 * unit * scale], ["area", line(corners, "Z")]];
     },
-    point: (v) => [["area", circle(v[0], v[1], v[2] || 0.5 * unit)]],
+    disc: (v) => [["area", circle(v[0], v[1], v[2] || 0.5 * unit)]],
     wheel(v, shape, way) {
       const angle = shape.note !== "rolls" ? v[3] : v[2] ? -way / v[2] : 0;
       const spokes = Array.from({ length: wheel.spokes }, (_, k) => angle + (2 * Math.PI * k) / wheel.spokes)
