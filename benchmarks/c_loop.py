@@ -100,7 +100,13 @@ def _statements(kernel: Callable[..., None]) -> str:
     assert isinstance(function, ast.FunctionDef)
     lines = []
     for statement in function.body:
-        if isinstance(statement, ast.Assign):
-            kind = "double " if isinstance(statement.targets[0], ast.Name) else ""
-            lines.append(f"    {kind}{ast.unparse(statement)};")
+        if not isinstance(statement, ast.Assign):
+            continue
+        target, value = statement.targets[0], statement.value
+        pairs = [(target, value)]
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            pairs = list(zip(target.elts, value.elts, strict=True))
+        for one, its in pairs:
+            kind = "double " if isinstance(one, ast.Name) else ""
+            lines.append(f"    {kind}{ast.unparse(one)} = {ast.unparse(its)};")
     return "\n".join(lines)
