@@ -148,7 +148,7 @@ def test_only_what_is_called_is_written(tmp_path):
     assert re.findall(r"def ((?:lift|gain|curve)\w*)", text) == [
         *("curve_knots", "curve_knots_slope", "curve_held", "curve_slope_held"),
         *("gain_knots", "gain_knots_slope", "gain", "gain_held", "gain_slope_held", "gain_curvature_held"),
-        *("lift", "lift_slope", "lift_curvature"),
+        *("lift_knots", "lift_knots_slope", "lift_held", "lift_slope_held", "lift_curvature_held"),
     ]
     assert "# gain in 1: gain of the servo, 4 points from -3.0 to 4.0, monotone, its ends held outside;" in text
 

@@ -195,7 +195,8 @@ def test_only_what_is_called_is_written(tmp_path):
     written = generate(everywhere(), tmp_path).read_text()
     held = ["drag_held", "drag_by_y_held", "drag_by_x_held", "drag_by_xy_held"]
     assert re.findall(r"def (drag\w*)\(x, y, p, r\)", written) == held
-    assert re.findall(r"def (hill\w*)\(x, y\)", written)[:3] == ["hill", "hill_by_y", "hill_by_yy"]
+    hills = re.findall(r"def (hill\w*)\(x, y, p, r\)", written)
+    assert hills[:3] == ["hill_held", "hill_by_y_held", "hill_by_yy_held"]
     assert "# drag in N s/m: drag of the hull, 5 x 5 points from -2.0 to 2.0 m/s and -2.0 to 2.1 m, linear," in written
     assert written.count('("drag", "N s/m"') == 2
 
@@ -222,7 +223,7 @@ def test_lanes_look_up_as_runs_alone_do(model):
 
 def test_what_is_no_number_is_looked_up_nowhere(model):
     """Neither infinite arguments nor those that are no numbers read beside the data."""
-    values = [model.module.hill(a, b) for a in (np.inf, -np.inf, np.nan, 0.5) for b in (np.nan, np.inf)]
+    values = [model.module.hill_held(a, b, 0.0, 0.0) for a in (np.inf, -np.inf, np.nan, 0.5) for b in (np.nan, np.inf)]
     assert not np.isfinite(values).any()
     assert model.module.drag_held(1e300, -1e300, 0.0, 0.0) == DRAG.z[-1][0]
 
