@@ -28,10 +28,15 @@ class Pieces:
     def at(self, x: Any, order: int = 0) -> Any:
         """The value at x, or the derivative of that order; x is a number of any kind that Python's signs know."""
         origin, *coefficients = self.pieces[bisect_right(self.pieces, x, lo=1, key=itemgetter(0)) - 1]
-        distance, value = x - origin, 0.0
-        for power in range(3, order - 1, -1):
-            value = value * distance + math.perm(power, order) * coefficients[power]
-        return value
+        return polynomial(coefficients, x - origin, order)
+
+
+def polynomial(coefficients: Sequence[Any], distance: Any, order: int) -> Any:
+    """The value of a polynomial, its coefficients by rising power, or its derivative of that order."""
+    value: Any = 0.0
+    for power in range(len(coefficients) - 1, order - 1, -1):
+        value = value * distance + math.perm(power, order) * coefficients[power]
+    return value
 
 
 def interpolated(x: Sequence[float], y: Sequence[float], kind: str, outside: str) -> Pieces:

@@ -1,13 +1,12 @@
 """Piecewise polynomials of two arguments through the points of a grid: what `interpolation` makes of one argument, made
 in both, one after the other."""
 
-import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from qddot.model.interpolation import DEGREES, interpolated
+from qddot.model.interpolation import DEGREES, interpolated, polynomial
 
 #: The kinds that have a meaning in two arguments: what a monotone one is to be between the lines of a grid is open.
 KINDS = ("linear", "cubic")
@@ -29,18 +28,9 @@ class Patches:
     def at(self, x: Any, y: Any, by_x: int = 0, by_y: int = 0) -> Any:
         """The value at a point, or the derivative of these orders."""
         i, k = (bisect_right(line, at, lo=1) - 1 for line, at in ((self.x, x), (self.y, y)))
-        coefficients, width, value = self.patches[i][k], self.degree + 1, 0.0
-        for power in range(self.degree, by_x - 1, -1):
-            row = coefficients[power * width : (power + 1) * width]
-            value = value * (x - self.x[i]) + math.perm(power, by_x) * _polynomial(row, y - self.y[k], by_y)
-        return value
-
-
-def _polynomial(coefficients: Sequence[float], distance: Any, order: int) -> Any:
-    value: Any = 0.0
-    for power in range(len(coefficients) - 1, order - 1, -1):
-        value = value * distance + math.perm(power, order) * coefficients[power]
-    return value
+        coefficients, width = self.patches[i][k], self.degree + 1
+        rows = (coefficients[start : start + width] for start in range(0, len(coefficients), width))
+        return polynomial([polynomial(row, y - self.y[k], by_y) for row in rows], x - self.x[i], by_x)
 
 
 def patched(x: Sequence[float], y: Sequence[float], z: Sequence[Sequence[float]], kind: str, outside: str) -> Patches:
