@@ -77,12 +77,7 @@ def report(first: Measured, second: Measured) -> str:
     lines = ["# B beside A", "", f"A: {first.machine}", f"B: {second.machine}", *_versions(first, second), ""]
     differing: dict[str, list[str]] = {"slower": [], "faster": []}
     for title, pairs in _tables(first, second):
-        lines += [
-            f"### {title}",
-            "",
-            "| | B / A | of medians | A, least | B, least | |",
-            "|---|---:|---:|---:|---:|---|",
-        ]
+        lines += [f"### {title}", "", *HEAD]
         for name, pair in pairs.items():
             lines.append(_row(name, pair))
             if pair.verdict:

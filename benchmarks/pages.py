@@ -55,7 +55,7 @@ def _machine(measured: Measured) -> str:
 
 
 def _single_runs(measured: Measured) -> str:
-    """One row a contender, one column a case: the least seconds, or why it takes no part."""
+    """One row a contender, one column a case: the least seconds, or - where it takes no part."""
     tables = measured.groups["single_run"]
     rows: dict[str, dict[str, Timing]] = {}
     for table in tables:
@@ -107,11 +107,11 @@ OWN: Mapping[str, Callable[[Measured], str]] = {
 def main(arguments: list[str]) -> int:
     """Draw the pages; 2 where there are no results, or a page shows what was not measured."""
     try:
+        source = Path(arguments[0]) if arguments else KEPT
+        measured = read(source)
         if arguments:
-            read(Path(arguments[0]))
             with written_aside(KEPT) as aside:
-                aside.write_bytes(Path(arguments[0]).read_bytes())
-        measured = read(KEPT)
+                aside.write_bytes(source.read_bytes())
         for page in PAGES:
             text = drawn(page.read_text("utf-8"), measured)
             with written_aside(page) as aside:
