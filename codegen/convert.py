@@ -7,6 +7,7 @@ import symengine as se
 from sympy import Basic, Float, Function, Integer, Symbol
 
 from qddot.model.kinks import cases
+from qddot.model.nodes import atoms
 from qddot.model.table import HELD, Value, ending
 from qddot.model.vocabulary import SMOOTH
 
@@ -25,10 +26,10 @@ def convert(expression: Any) -> Any:
     `calculus` differentiates it.
     """
     written = cases(expression)
-    if isinstance(written, Basic) and written.has(Value):
+    if isinstance(written, Basic) and atoms(written, Value):
         written = written.replace(lambda node: isinstance(node, Value), _primed)
-    zeros = written.atoms(Float) if isinstance(written, Basic) else ()
-    return se.sympify(written.xreplace({each: Integer(0) for each in zeros if each.is_zero}) if zeros else written)
+    zeros = [each for each in atoms(written, Float) if each.is_zero] if isinstance(written, Basic) else ()
+    return se.sympify(written.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else written)
 
 
 def _primed(value: Value) -> Any:

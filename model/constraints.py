@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Add, Expr, Symbol, expand
 
 from qddot.model.contents import accelerations, as_prescribed, declared, outputs, symbols
-from qddot.model.dimensions import Dimension, dimension, dimension_of_unit, product, said, units_of
+from qddot.model.dimensions import Dimension, Dimensions, dimension_of_unit, product, said
 from qddot.model.kinks import cases
 from qddot.model.naming import t
 
@@ -187,9 +187,9 @@ def _baumgarte(system: "System") -> Iterator[str]:
 
 def _units(system: "System") -> Iterator[str]:
     """Multipliers whose unit cannot be that of a force: told only where the dimension of the expression is certain."""
-    units = units_of(system)
+    dimensions = Dimensions(system)
     for each in system.constraints:
-        own, given = dimension(each.expression, units), dimension_of_unit(each.unit)
+        own, given = dimensions.of(each.expression), dimension_of_unit(each.unit)
         effort = dimension_of_unit("J" if isinstance(each, Constraint) else "W")
         wanted: Dimension | None = product(((effort, Fraction(1)), (own, Fraction(-1))))
         if own is not None and wanted is not None and wanted != given:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Expr, Symbol
 
 from qddot.model.events import Impact, event_expressions, restitutions
+from qddot.model.nodes import atoms, free
 from qddot.model.scene import scene_numbers
 from qddot.model.table import Table, Value
 
@@ -106,7 +107,7 @@ def tables(system: "System") -> tuple[Table, ...]:
     found = {
         value.table
         for _, expression in (*expressions(system), *outputs(system))
-        for value in (expression.atoms(Value) if isinstance(expression, Expr) else ())
+        for value in (atoms(expression, Value) if isinstance(expression, Expr) else ())
     }
     return tuple(sorted(found, key=lambda table: table.name))
 
@@ -128,5 +129,4 @@ def reached(system: "System", expression: Any) -> set[Symbol]:
 
 def symbols(expression: Any) -> set[Symbol]:
     """The symbols in an expression; none in what is no expression."""
-    found = expression.free_symbols if isinstance(expression, Expr) else ()
-    return {symbol for symbol in found if isinstance(symbol, Symbol)}
+    return free(expression) if isinstance(expression, Expr) else set()

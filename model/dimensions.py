@@ -7,6 +7,7 @@ from typing import Any
 from sympy import Abs, Add, Expr, Max, Min, Mul, Number, Piecewise, Pow, Rational, Symbol, sympify
 
 from qddot.model.naming import t
+from qddot.model.nodes import atoms
 from qddot.model.table import Value
 from qddot.units.worth import ANGLES, unit_of
 
@@ -29,46 +30,56 @@ def units_of(system: Any) -> dict[Symbol, str]:
     return units | {each.acceleration: f"({each.unit})/s^2" for each in system.coordinates if each.unit != "1"}
 
 
-def dimension(expression: Expr, units: Mapping[Symbol, str]) -> Dimension | None:
-    """The dimension of an expression of symbols with these units; None where it is not certain.
+class Dimensions:
+    """The dimensions of expressions of a model's symbols.
 
     A number may have a unit that nobody wrote down, so what it is added to or multiplied by tells; where nothing else
     does, nothing is certain.
     """
-    if expression.has(Symbol) and not _tells(expression):
-        return None
-    return _dimension(expression, units)
+
+    def __init__(self, system: Any) -> None:
+        self._units = units_of(system)
+        self._known: dict[Any, Dimension | None] = {}
+
+    def of(self, expression: Expr) -> Dimension | None:
+        """The dimension of an expression; None where it is not certain."""
+        if atoms(expression, Symbol) and not _tells(expression):
+            return None
+        return self._of(expression)
+
+    def _of(self, node: Any) -> Dimension | None:
+        if node not in self._known:
+            self._known[node] = self._found(node)
+        return self._known[node]
+
+    def _found(self, node: Any) -> Dimension | None:  # noqa: PLR0911 - one for each kind
+        if isinstance(node, Symbol):
+            return dimension_of_unit(self._units[node]) if node in self._units else None
+        if isinstance(node, Add | Max | Min | Abs):
+            return self._common(node.args)
+        if isinstance(node, Piecewise):
+            return self._common([branch.expr for branch in node.args])
+        if isinstance(node, Value):
+            return _of_table(node)
+        if isinstance(node, Mul):
+            return product((self._of(part), Fraction(1)) for part in node.args if not isinstance(part, Number))
+        if isinstance(node, Pow):
+            exponent = node.args[1]
+            if not isinstance(exponent, Rational):
+                return None
+            return product([(self._of(node.args[0]), Fraction(int(exponent.p), int(exponent.q)))])
+        return {}
+
+    def _common(self, parts: Iterable[Any]) -> Dimension | None:
+        """The dimension that all of these have, numbers apart."""
+        found = [self._of(part) for part in parts if not isinstance(part, Number)]
+        return found[0] if found and all(each == found[0] for each in found) else None
 
 
 def _tells(expression: Expr) -> bool:
     """Whether no factor but a whole number or a half stands in a product."""
-    factors = (part for product in expression.atoms(Mul) for part in product.args if isinstance(part, Number))
+    factors = (part for product in atoms(expression, Mul) for part in product.args if isinstance(part, Number))
     return all(isinstance(number, Rational) and number.q <= 2 for number in factors)
-
-
-def _dimension(node: Any, units: Mapping[Symbol, str]) -> Dimension | None:  # noqa: PLR0911 - one for each kind
-    if isinstance(node, Symbol):
-        return dimension_of_unit(units[node]) if node in units else None
-    if isinstance(node, Add | Max | Min | Abs):
-        return _common(node.args, units)
-    if isinstance(node, Piecewise):
-        return _common([branch.expr for branch in node.args], units)
-    if isinstance(node, Value):
-        return _of_table(node)
-    if isinstance(node, Mul):
-        return product((_dimension(part, units), Fraction(1)) for part in node.args if not isinstance(part, Number))
-    if isinstance(node, Pow):
-        exponent = node.args[1]
-        if not isinstance(exponent, Rational):
-            return None
-        return product([(_dimension(node.args[0], units), Fraction(int(exponent.p), int(exponent.q)))])
-    return {}
-
-
-def _common(parts: Iterable[Any], units: Mapping[Symbol, str]) -> Dimension | None:
-    """The dimension that all of these have, numbers apart."""
-    found = [_dimension(part, units) for part in parts if not isinstance(part, Number)]
-    return found[0] if found and all(each == found[0] for each in found) else None
 
 
 def _of_table(value: Value) -> Dimension | None:
@@ -80,11 +91,11 @@ def _of_table(value: Value) -> Dimension | None:
 
 def arguments_of_tables(system: Any, places: Iterable[tuple[str, Any]]) -> Iterator[str]:
     """Arguments of tables in another unit than the table's: told only where the dimension is certain."""
-    units = units_of(system)
+    dimensions = Dimensions(system)
     for place, expression in places:
-        for value in sorted(sympify(expression).atoms(Value), key=str):
+        for value in sorted(atoms(sympify(expression), Value), key=str):
             for argument, unit in zip(value.args, value.table.units * 2, strict=False):
-                own = dimension(argument, units) if unit is not None and argument.free_symbols else None
+                own = dimensions.of(argument) if unit is not None and argument.free_symbols else None
                 if own is not None and own != dimension_of_unit(unit):
                     table = value.table.name
                     yield f"{place} gives the table {table} {argument}, which is in {said(own)}, expected {unit}"

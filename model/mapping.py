@@ -6,6 +6,8 @@ from typing import Any
 
 from sympy import Basic, MatrixBase, Symbol
 
+from qddot.model.nodes import free
+
 
 def mapped(value: Any, change: Callable[[Symbol], Any]) -> Any:
     """The same value, every symbol in it replaced by what `change` gives for it, all of them at once."""
@@ -35,8 +37,3 @@ def held(value: Any) -> Iterator[Symbol]:
             yield from held(part)
     elif isinstance(value, Mapping):
         yield from held([*value.keys(), *value.values()])
-
-
-def free(value: Any) -> set[Symbol]:
-    """The symbols in an expression or a matrix."""
-    return {symbol for symbol in value.free_symbols if isinstance(symbol, Symbol)}

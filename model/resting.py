@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sympy import Expr, Piecewise, Symbol
 
 from qddot.model.contents import accelerations, as_prescribed, symbols
-from qddot.model.dimensions import dimension, said, units_of
+from qddot.model.dimensions import Dimensions, said
 from qddot.model.events import Impact
 from qddot.model.kinks import KINKED
 from qddot.model.table import Value
@@ -57,7 +57,7 @@ def force_unit(system: "System", impact: Impact) -> str:
     if impact.unit:
         return impact.unit
     gap: Expr = impact.function
-    found = dimension(gap, units_of(system))
+    found = Dimensions(system).of(gap)
     if found is None:
         return "N"
     unit = said(found)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from sympy import Expr, Symbol, sympify
 
-from qddot.model.dimensions import dimension, dimension_of_unit, said, units_of
+from qddot.model.dimensions import Dimensions, dimension_of_unit, said
+from qddot.model.nodes import free
 from qddot.words import nearest
 
 if TYPE_CHECKING:
@@ -201,10 +202,10 @@ def forms_of_scene(system: "System") -> Iterator[str]:
 
 def units_of_scene(system: "System") -> Iterator[str]:
     """Places that are no lengths, forces that are none: told only where the dimension of an expression is certain."""
-    units = units_of(system)
+    dimensions = Dimensions(system)
     for place, unit, expression in scene_numbers(system):
         written = sympify(expression)
-        own = dimension(written, units) if unit and written.free_symbols else None
+        own = dimensions.of(written) if unit and free(written) else None
         wanted = dimension_of_unit(unit) if unit else None
         if own is not None and own != wanted:
             yield f"{place} is in {said(own)}, expected {unit}: it is {written}"

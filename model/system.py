@@ -16,7 +16,7 @@ from qddot.model.constraints import Constraint, Rolling, constrained, reaction_s
 from qddot.model.contact import Contact, compliance, problems_of_contacts
 from qddot.model.contents import HELD, tables
 from qddot.model.definitions import as_expression, as_sum, definitions, in_order
-from qddot.model.dimensions import dimension, said, units_of
+from qddot.model.dimensions import Dimensions, said
 from qddot.model.events import Event
 from qddot.model.naming import LONGEST, dotted, t
 from qddot.model.resting import force_unit, resting
@@ -219,12 +219,12 @@ class System:
     def _take_in(self, contacts: Sequence[Contact]) -> None:
         """Make of contacts what they are: events, or quantities, energy, dissipation and outputs."""
         given: dict[str, Any] = {name: getattr(self, name) for name in ("quantities", "outputs", "events", *_ENERGIES)}
-        units = units_of(self)
+        dimensions = Dimensions(self)
         for contact in contacts:
             if contact.stiffness is None:
                 given["events"] += (contact.impact,)
                 continue
-            found, unit = compliance(contact), dimension(contact.gap, units)
+            found, unit = compliance(contact), dimensions.of(contact.gap)
             gap, force = (
                 Quantity(**{"unit": said(unit) if unit is not None else "m", **row}) for row in found.quantities
             )
