@@ -1,18 +1,23 @@
 """What the pieces of a run say: states at any times, and the extremes of states, outputs and inputs.
 
-A source is a kernel of outputs by its address (0: none), the inputs, their reader and the constants; pieces are their
-times t (k, degree + 1), states x (k, degree + 1, n_states) and the points of a step (degree + 1,); room is for inputs,
-outputs and states of a moment. A row holds all quantities: states, outputs, inputs.
+A source is a kernel of outputs by its address (0: none), `evaluate` by its address, the inputs, their reader and the
+constants; pieces are their times t (k, degree + 1), states x (k, degree + 1, n_states) and the points of a step (degree
++ 1,); room is for inputs, outputs and states of a moment. A row holds all quantities: states, outputs, inputs.
 """
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numba import typeof, types
+from numpy.typing import NDArray
+
+from qddot.runner.abi import VECTOR
 from qddot.runner.frame.pieces import part_of, piece_of, state_within
 from qddot.runner.inputs.instants import side_of
-from qddot.runner.inputs.reader import evaluate
+from qddot.runner.inputs.signal import stack
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
-from qddot.runner.machine.pointers import call_kernel
+from qddot.runner.machine.pointers import call_kernel, calling
 
 #: Columns of extremes: least value and its time, greatest value and its time.
 LEAST, GREATEST = 0, 2
@@ -23,6 +28,12 @@ GOLDEN, SEARCHES = 0.6180339887498949, 30
 NEAR = 0.1
 
 
+#: The inputs as compiled code has them, and what reads them.
+INPUTS = typeof(stack([], []))
+EVALUATE = types.void(INPUTS, VECTOR, types.float64, types.float64, types.int64, VECTOR)
+_call_evaluate = calling(EVALUATE)
+
+
 def states_at(pieces, times, states):
     """Write the states (m, n) at times (m,)."""
     t, x, points = pieces
@@ -31,19 +42,27 @@ def states_at(pieces, times, states):
         state_within(x[p], points, part_of(t, p, times[i]), states[i])
 
 
-def extremes(source, pieces, stride, start, end, best):
+def work_for(states: int, quantities: int, channels: int) -> tuple[NDArray[Any], ...]:
+    """What `extremes` works on: see there."""
+    return (
+        *(np.zeros(max(1, channels)), np.zeros(quantities), np.zeros(states)),
+        *(np.zeros((4, quantities)), np.zeros(3), np.zeros((3, 2), dtype=np.int64)),
+        *(np.full((2, 2, quantities), -np.inf), np.full((2, 2, quantities, 2), -1, dtype=np.int64)),
+    )
+
+
+def extremes(source, pieces, work, stride, start, end, best):
     """Better the extremes, best (n_quantities, 4), by those of pieces between two times; every stride-th point is seen.
 
     A quantity is sought on the pieces beside the point where its value was greatest, and beside the one where a
-    parabola through three points says that it is greatest; the same for the least.
+    parabola through three points says that it is greatest; the same for the least. work: rows, times and places of the
+    last points; seen (2, 2, n_quantities): by value or by parabola, of the least and of the greatest, as heights;
+    where.
     """
     t, x, points = pieces
-    degree, n, quantities = x.shape[1] - 1, x.shape[2], len(best)
-    room = (np.zeros(max(1, len(source[1].first))), np.zeros(quantities), np.zeros(n))
-    rows, times, places = np.zeros((4, quantities)), np.zeros(3), np.zeros((3, 2), dtype=np.int64)
-    seen = np.full((2, 2, quantities), -np.inf)  # by value or by parabola; of the least and of the greatest, as heights
-    where = np.full((2, 2, quantities, 2), -1, dtype=np.int64)
-    count = 0
+    degree, quantities = x.shape[1] - 1, len(best)
+    u, y, moment, rows, times, places, seen, where = work
+    room, count = (u, y, moment), 0
     for p in range(len(t)):
         if not overlaps(t, p, start, end):
             continue
@@ -58,9 +77,12 @@ def extremes(source, pieces, stride, start, end, best):
             state_within(x[p], points, theta, state)
             observe(source, time, side, state, rows[3], room)
             for k in range(3):
-                rows[k] = rows[k + 1]
+                for q in range(quantities):
+                    rows[k, q] = rows[k + 1, q]
             times[0], times[1], times[2] = times[1], times[2], time
-            places[0], places[1], places[2, 0], places[2, 1] = places[1], places[2], p, j
+            for k in range(2):
+                places[0, k], places[1, k] = places[1, k], places[2, k]
+            places[2, 0], places[2, 1] = p, j
             count = 1 if j == 0 else count + 1
             for s in range(2):
                 take_all(seen[:, s], where[:, s], 2.0 * s - 1.0, rows, times, places, count)
@@ -98,11 +120,11 @@ def time_of(t, p, theta):
 @compiled(**LEAN)
 def observe(source, t, side, state, row, room):
     """Write the row of a moment, inputs as on the side of another."""
-    kernel, table, reader, c = source
+    kernel, read, table, reader, c = source
     u, y, _ = room
     n, channels = len(state), len(table.first)
     outputs = len(row) - n - channels
-    evaluate(table, reader, t, side, channels, u)
+    _call_evaluate(read, (table, reader, t, side, channels, u))
     if kernel != 0:
         call_kernel(kernel, t, state, u, c, y)
     for i in range(n):
@@ -116,9 +138,9 @@ def observe(source, t, side, state, row, room):
 @compiled(**LEAN)
 def goes_on(source, t, side, state, row, room):
     """Whether states and inputs where a piece begins are those of a row, where the one before ended."""
-    _, table, reader, _ = source
+    _, read, table, reader, _ = source
     u, n, channels = room[0], len(state), len(table.first)
-    evaluate(table, reader, t, side, channels, u)
+    _call_evaluate(read, (table, reader, t, side, channels, u))
     for i in range(n):
         if row[i] != state[i]:
             return False

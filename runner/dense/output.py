@@ -14,13 +14,12 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.dense.extremes import extremes, states_at
+from qddot.runner.dense.extremes import EVALUATE, INPUTS, extremes, states_at, work_for
 from qddot.runner.frame.backward import cover, mirrored, mirrored_options
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.projection import put_on
 from qddot.runner.frame.turns import points
-from qddot.runner.inputs.reader import reader_for
-from qddot.runner.inputs.signal import stack
+from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.method import Method
@@ -78,14 +77,21 @@ class DenseOutput:
         problem, kernel = self._forward, self.subject.output_kernel
         if kernel is not None:
             kernel = pointer(cover(kernel, "outputs") if self._sense < 0 else kernel, abi.VECTOR_KERNEL, "outputs")
-        source = (kernel or 0, problem.inputs, reader_for(problem.inputs), np.array(problem.constants))
+        source = (
+            kernel or 0,
+            pointer(evaluate, EVALUATE, "evaluate"),
+            problem.inputs,
+            reader_for(problem.inputs),
+            np.array(problem.constants),
+        )
         found = np.array(best)
         found[:, 1::2] *= self._sense
 
         def take(t: Numbers, x: Numbers) -> None:
             degree = t.shape[1] - 1
             stride = degree if self.method.family == "fixed" else 1
-            _compiled_extremes()(source, (t, x, points(degree)), stride, low, high, found)
+            work = work_for(x.shape[2], len(found), len(problem.inputs.first))
+            _compiled_extremes()(source, (t, x, points(degree)), work, stride, low, high, found)
 
         self._go_through(take)
         found[:, 1::2] *= self._sense
@@ -158,6 +164,7 @@ def _compiled_states() -> Any:
 
 @cache
 def _compiled_extremes() -> Any:
-    source = types.Tuple((types.int64, typeof(stack([], [])), abi.VECTOR, abi.VECTOR))
+    source = types.Tuple((types.int64, types.int64, INPUTS, abi.VECTOR, abi.VECTOR))
+    work = typeof(work_for(1, 1, 1))
     scalars = (types.int64, types.float64, types.float64)
-    return compiled(types.void(source, _PIECES, *scalars, abi.MATRIX), nogil=True)(extremes)
+    return compiled(types.void(source, _PIECES, work, *scalars, abi.MATRIX), nogil=True)(extremes)

@@ -16,16 +16,17 @@ from qddot.runner.exact.propagate import leaving
 from qddot.runner.exact.space import SPACE
 from qddot.runner.exact.taylor import largest_rate, taylor_step
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.functions import DenseOutput, give_functions
 from qddot.runner.frame.log import LOG, has_room, log_for
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import NONE, WATCH
 from qddot.runner.frame.slices import run_slices
-from qddot.runner.frame.space import make_space, row_address, set_inputs, space_layout, states
-from qddot.runner.frame.step_end import events_at_start, finish_step, walk
+from qddot.runner.frame.space import make_space, row_address, set_inputs, space_layout, state_within, states
+from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.machine.memory import BLOCK, LEAN, floats, layout, record
+from qddot.runner.machine.memory import BLOCK, BY_ADDRESS, LEAN, floats, layout, place, record, record_at
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 
@@ -39,10 +40,12 @@ SLICE_WORK = 10_000
 
 #: Rows of states: at the start of the step, at its end, within it.
 STATE, NEW, WITHIN = np.arange(3)
-#: Fields beside those of every space: the balanced state at the start of the step, and room for one within.
-EVENT_SPACE = space_layout("before within")
+#: Fields beside those of every space: the balanced state at the start of the step, and room for one within; the records
+#: of the propagation and of the course.
+EVENT_SPACE = space_layout("before between propagation course")
 #: What a run has reached, beside SPACE: the step goes from `start` over `length`.
 COURSE = layout("", "start length")
+_space_at, _propagation_at, _course_at = map(record_at, (EVENT_SPACE, SPACE, COURSE))
 
 
 @compiled(**LEAN)
@@ -61,13 +64,14 @@ def copy_balanced(s, source, target):
         y[i] = x[i]
 
 
-@compiled(**LEAN)
-def state_within(space, step, theta):
-    """The address of the state at part theta of the step; a step is the propagation and the course that tells of it."""
-    s, course = step
+@compiled(**BY_ADDRESS)
+def within(where, theta):
+    """The address of the state at part theta of the step."""
+    space = _space_at(where)
+    s, course = _propagation_at(space.propagation), _course_at(space.course)
     if theta == 0.0:
         return row_address(space, STATE)
-    end, s.x = s.x, space.within
+    end, s.x = s.x, space.between
     copy_balanced(s, space.before, s.x)
     taylor_step(s, theta * course.length)
     write_state(s, space, s.x, WITHIN)
@@ -75,9 +79,12 @@ def state_within(space, step, theta):
     return row_address(space, WITHIN)
 
 
-@compiled(**LEAN)
-def ready(space, step):
+@compiled(**BY_ADDRESS)
+def ready(where):
     """Dense output needs nothing beyond the step."""
+
+
+DENSE_OUTPUT = DenseOutput(ready, within, within)
 
 
 @compiled(**LEAN)
@@ -93,32 +100,25 @@ def take_step(s, space, course):
     s.steps += 1
 
 
-@compiled(**LEAN)
-def follow(space, step, log, watch, t, h):
-    """See `step_end`."""
-    return walk(space, step, log, watch, t, h, ready, state_within)
-
-
 def run_slice(s, space, course, log, watch, most_steps):
     """Take at most `most_steps` steps; returns a Status. STATE is at course.start + course.length after each."""
-    step, state = (s, course), states(space, STATE)
+    state = states(space, STATE)
     for _ in range(most_steps):
         if not has_room(log, watch.most):
             return RUNNING
         if s.t >= s.segment_end:
             look_up(s)
             set_inputs(space, s.t, after(s.t, s.segment_end - s.t))
-            if events_at_start(space, step, log, watch, s.t, s.steps == 0, state_within):
+            if events_at_start(space, log, watch, s.t, s.steps == 0):
                 return TERMINATED
         take_step(s, space, course)
         s.failed_state = leaving(s)
         if s.failed_state >= 0:
             course.length = 0.0
             return NON_FINITE
-        new = row_address(space, NEW)
-        ended = finish_step(space, step, log, watch, course.start, course.length, s.t, new, follow, ready, state_within)
+        ended = finish_step(space, log, watch, course.start, course.length, s.t, row_address(space, NEW))
         if ended != NONE:
-            state_within(space, step, ended)
+            state_within(space, ended)
             course.length *= ended
         reached = states(space, NEW if ended == NONE else WITHIN)
         for i in range(s.n):
@@ -144,10 +144,12 @@ def integrate_closely(
     watch, watch_arrays = watch_for(options.events, n, DEGREE)
     work = np.zeros((3, n))
     work[STATE] = problem.initial_state
-    before, within = np.zeros((2, BLOCK * int(s["panels"])))
-    own = {"work": work, "before": before, "within": within}
+    before, between = np.zeros((2, BLOCK * int(s["panels"])))
+    own = {"work": work, "before": before, "between": between}
     space, space_arrays = make_space(EVENT_SPACE, problem, own, stride=8 * n)
     course = record(COURSE, start=problem.t0)
+    space["propagation"], space["course"] = place(s), place(course)
+    give_functions(space, DENSE_OUTPUT, events=bool(options.events), conditions=False)
     wanted, refine = (wanted, 0) if recorder is None else (np.empty(0), DEGREE)
     log = log_for(problem, np.empty(0), wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     loop = partial(_compiled_loop(), s, space, course, log.record, watch, max(16, SLICE_WORK // n))

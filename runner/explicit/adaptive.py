@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import typeof, types
 
-from qddot.runner.explicit.adaptive_course import COURSE
+from qddot.runner.explicit.adaptive_course import COURSE, DENSE_OUTPUT
 from qddot.runner.explicit.adaptive_loop import run_slice
 from qddot.runner.explicit.step import PAIR, pair_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.functions import give_functions
 from qddot.runner.frame.hold import holding, kept
 from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
@@ -20,7 +21,7 @@ from qddot.runner.frame.step_control import CONTROL, control_for
 from qddot.runner.frame.stops import stops_to_end
 from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BLOCK, record
+from qddot.runner.machine.memory import BLOCK, place, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.tableaux.embedded import EmbeddedPair
@@ -62,6 +63,8 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     watch, watch_arrays = watch_for(options.events, int(space["n"]), int(coefficients["degree"]))
     sides, sides_arrays = holding(problem, space, space_arrays["u"], int(coefficients["degree"]))
     course, loop = _course(problem, options, pair), _compiled_loop()
+    space["pair"], space["course"] = place(coefficients), place(course)
+    give_functions(space, DENSE_OUTPUT, events=bool(options.events), conditions=problem.n_modes > 0)
     times = None if recorder is not None else options.output_times
     wanted = wanted_times(times, problem.t0, problem.t1)
     refine = 0 if times is not None else options.refine or pair.refine

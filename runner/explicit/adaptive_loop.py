@@ -7,7 +7,6 @@ limits from the right, and the step size is the smaller of what was proposed bef
 
 import numpy as np
 
-from qddot.runner.explicit.adaptive_course import ensure_dense, sketch_within, state_within
 from qddot.runner.explicit.norm import first_step, norm, scale
 from qddot.runner.explicit.slopes import settle, slope
 from qddot.runner.explicit.step import evaluate_end_slope, evaluate_next_slope, take_step
@@ -15,7 +14,7 @@ from qddot.runner.explicit.workspace import ERROR, ERROR_2, K0, NEW, SCALED, WIT
 from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, keep_sides, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import project, project_at_end, project_at_switch, row_address, states
+from qddot.runner.frame.space import project, project_at_end, project_at_switch, row_address, state_within, states
 from qddot.runner.frame.step_control import (
     LEAST_LAST_ERROR,
     MATLAB,
@@ -23,7 +22,7 @@ from qddot.runner.frame.step_control import (
     after_success,
     of_two_estimates,
 )
-from qddot.runner.frame.step_end import events_at_start, finish_step, walk
+from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
@@ -66,7 +65,7 @@ def restart(space, pair, control, course, log, watch, sides):
     if not norm(space, control, K0) < np.inf:
         course.failed_state = largest(space)
         return NON_FINITE
-    if events_at_start(space, (pair, course), log, watch, t, first, state_within):
+    if events_at_start(space, log, watch, t, first):
         return TERMINATED
     course.last_error = LEAST_LAST_ERROR
     if first and course.first_step > 0.0:
@@ -138,20 +137,13 @@ def finish_attempt(space, pair, course):
 
 
 @compiled(**LEAN)
-def follow(space, step, log, watch, t, h):
-    """See `step_end`."""
-    return walk(space, step, log, watch, t, h, ensure_dense, state_within)
-
-
-@compiled(**LEAN)
 def hold_sides(space, pair, course, log, sides):
     """End a good step where a condition leaves its side; returns what became of it, see `keep_sides`.
 
     The step is taken again as far as there, so that its end is as exact as that of any other, its dense output too.
     """
     t, new = course.start, row_address(space, NEW)
-    step = (pair, course)
-    fate, part = keep_sides(space, step, log, sides, t, course.length, new, follow, sketch_within)
+    fate, part = keep_sides(space, log, sides, t, course.length, new)
     if fate in (KEPT, CHATTER):
         return fate
     log.stop -= course.restart
@@ -172,18 +164,11 @@ def hold_sides(space, pair, course, log, sides):
 
 
 @compiled(**LEAN)
-def record_step(space, pair, course, log, watch):
-    """Record the step's events and save its points; returns theta of a terminal event, or NONE."""
-    t, h, new = course.start, course.length, row_address(space, NEW)
-    return finish_step(space, (pair, course), log, watch, t, h, course.now, new, follow, ensure_dense, state_within)
-
-
-@compiled(**LEAN)
 def complete_step(space, pair, course, log, ended):
     """Make the end of the step, or of a part of it that a terminal event ended, the present state; returns a status."""
     status = RUNNING
     if ended != NONE:
-        state_within(space, (pair, course), ended)
+        state_within(space, ended)
         copy(space, WITHIN, NEW)
         course.now = course.start + ended * course.length
         status = TERMINATED
@@ -213,7 +198,7 @@ def run_slice(space, pair, control, course, log, watch, sides, most_steps):
             continue
         if fate == CHATTER:
             return STEP_UNDERFLOW
-        ended = record_step(space, pair, course, log, watch)
+        ended = finish_step(space, log, watch, course.start, course.length, course.now, row_address(space, NEW))
         status = complete_step(space, pair, course, log, ended)
         if status != RUNNING:
             return status

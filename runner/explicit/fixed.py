@@ -7,10 +7,11 @@ import numpy as np
 from numba import typeof, types
 
 from qddot.runner.explicit.march import MARCH, run_slice, steps_of
-from qddot.runner.explicit.march_closely import run_slice_closely
+from qddot.runner.explicit.march_closely import DENSE_OUTPUT, run_slice_closely
 from qddot.runner.explicit.step import PAIR, tableau_for
 from qddot.runner.explicit.workspace import SPACE, space_for, state_of
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.functions import give_functions
 from qddot.runner.frame.hermite import DEGREE
 from qddot.runner.frame.hold import holding, kept
 from qddot.runner.frame.log import LOG, Log, log_for
@@ -21,7 +22,7 @@ from qddot.runner.frame.stops import grid_stops
 from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.inputs.short import with_stops
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BLOCK, record
+from qddot.runner.machine.memory import BLOCK, place, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status, Trajectory
 
@@ -67,6 +68,9 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     watch, watch_arrays = watch_for(options.events, int(space["n"]), DEGREE)
     sides, sides_arrays = holding(problem, space, space_arrays["u"], DEGREE)
     closely = bool(options.events) or recorder is not None or problem.n_modes > 0
+    space["pair"], space["course"] = place(tableau), place(march)
+    events, points = bool(options.events), recorder is not None
+    give_functions(space, DENSE_OUTPUT, events=events, conditions=problem.n_modes > 0, points=points)
     loop = _compiled_close_loop() if closely else _compiled_loop()
 
     def one_slice() -> int:

@@ -1,6 +1,7 @@
 """The compiled loop of constant steps that follows each, for events or pieces, on the cubic through its ends."""
 
 from qddot.runner.explicit.march import (
+    MARCH,
     NON_FINITE,
     RUNNING,
     accept,
@@ -11,18 +12,21 @@ from qddot.runner.explicit.march import (
     next_target,
 )
 from qddot.runner.explicit.slopes import settle, slope
-from qddot.runner.explicit.workspace import K0, NEW, WITHIN, Y, copy
+from qddot.runner.explicit.step import PAIR
+from qddot.runner.explicit.workspace import K0, NEW, WITHIN, Y, copy, space_at
+from qddot.runner.frame.functions import DenseOutput
 from qddot.runner.frame.hermite import cubic
 from qddot.runner.frame.hold import CHATTER, KEPT, SHORTER, keep_sides, release, take_sides
-from qddot.runner.frame.log import has_room, next_stop, save
+from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import look_up, project_at_end, project_at_switch, row_address, states
-from qddot.runner.frame.step_end import events_at_start, follow_step, save_within, walk
+from qddot.runner.frame.space import look_up, project_at_end, project_at_switch, row_address, state_within, states
+from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, record_at
 from qddot.runner.problem import Status
 
 TERMINATED = int(Status.TERMINATED)
+_tableau_at, _march_at = record_at(PAIR), record_at(MARCH)
 
 
 def run_slice_closely(space, tableau, march, log, watch, sides, most_steps):
@@ -31,31 +35,29 @@ def run_slice_closely(space, tableau, march, log, watch, sides, most_steps):
     for _ in range(most_steps):
         if not has_room(log, watch.most):
             return status
-        if march.restart and begin(space, (tableau, march), log, watch, sides):
+        if march.restart and begin(space, march, log, watch, sides):
             return TERMINATED
         march.target = next_target(march, log)
-        part = try_step(space, (tableau, march), log, sides)
+        part = try_step(space, tableau, march, log, sides)
         if part > 0.0:
-            status = finish(space, (tableau, march), log, watch, part < 1.0)
+            status = finish(space, tableau, march, log, watch, part < 1.0)
             if status != RUNNING:
                 return status
     return status
 
 
 @compiled(**LEAN)
-def begin(space, step, log, watch, sides):
+def begin(space, march, log, watch, sides):
     """Inputs, sides and events where the right-hand side may jump; whether a terminal event is there."""
-    _, march = step
     settle(space, march.now, min(next_stop(log), march.t1) - march.now)
     if sides.count > 0 and sides.free == 0:
         take_sides(space, sides, march.now, row_address(space, Y))
-    return events_at_start(space, step, log, watch, march.now, march.steps == 0, state_within)
+    return events_at_start(space, log, watch, march.now, march.steps == 0)
 
 
 @compiled(**LEAN)
-def try_step(space, step, log, sides):
+def try_step(space, tableau, march, log, sides):
     """March to the target, or to where a condition leaves its side; returns the part of the step that is left."""
-    tableau, march = step
     march_to(space, tableau, march, log, march.target)
     march.steps += 1
     if sides.count == 0:
@@ -64,27 +66,22 @@ def try_step(space, step, log, sides):
         release(space, sides)
         march.steps, march.known = march.steps - 1, 0
         return 0.0
-    return hold_sides(space, step, log, sides)
+    return hold_sides(space, tableau, march, log, sides)
 
 
 @compiled(**LEAN)
-def finish(space, step, log, watch, at_switch):
+def finish(space, tableau, march, log, watch, at_switch):
     """Follow the step for events and pieces, and make its end the present state; returns a status."""
-    tableau, march = step
-    t, target, ended, new = march.now, march.target, NONE, row_address(space, NEW)
+    t, target, ended = march.now, march.target, NONE
     if diverged(space, march.limit):
         march.failed_at, march.failed_state = target, first_to_leave(space, tableau.stages)
         return NON_FINITE
-    if watch.count > 0:
-        ended = follow_step(space, step, log, watch, t, target - t, new, follow)
-    if log.starts:
-        evaluate_end_slope(space, step)
-        save_within(space, step, log, t, target - t, target, state_within)
-        save(log, target, new)
+    if watch.count > 0 or log.starts:
+        ended = finish_step(space, log, watch, t, target - t, target, row_address(space, NEW))
     if march.known:  # as the last stage left them
         look_up(space, t, target - t, 1.0)
     if ended != NONE:
-        state_within(space, step, ended)
+        state_within(space, ended)
         copy(space, WITHIN, Y)
         march.now = t + ended * (target - t)
         return TERMINATED
@@ -96,12 +93,11 @@ def finish(space, step, log, watch, at_switch):
 
 
 @compiled(**LEAN)
-def hold_sides(space, step, log, sides):
+def hold_sides(space, tableau, march, log, sides):
     """Take a step that a condition leaves its side in again, as far as there; returns the part of it that is left."""
-    tableau, march = step
     t, h, new = march.now, march.target - march.now, row_address(space, NEW)
-    evaluate_end_slope(space, step)
-    fate, part = keep_sides(space, step, log, sides, t, h, new, follow, state_within)
+    evaluate_end_slope(space, tableau, march)
+    fate, part = keep_sides(space, log, sides, t, h, new)
     if fate == KEPT:
         return 1.0
     march.end_slopes += tableau.stages
@@ -121,29 +117,33 @@ def hold_sides(space, step, log, sides):
 
 
 @compiled(**LEAN)
-def follow(space, step, log, watch, t, h):
-    """See `step_end`."""
-    return walk(space, step, log, watch, t, h, evaluate_end_slope, state_within)
-
-
-@compiled(**LEAN)
-def evaluate_end_slope(space, step):
-    """The slope at the end of the step, for its cubic; a step is the tableau and the march that tells of it."""
-    tableau, march = step
+def evaluate_end_slope(space, tableau, march):
+    """The slope at the end of the step, for its cubic."""
     look_up(space, march.now, march.target - march.now, 1.0)
     slope(space, march.target, NEW, K0 + tableau.stages)
     march.end_slopes += 1
 
 
-@compiled(**LEAN)
-def state_within(space, step, theta):
+@compiled(**BY_ADDRESS)
+def prepare(where):
+    """`evaluate_end_slope`."""
+    space = space_at(where)
+    evaluate_end_slope(space, _tableau_at(space.pair), _march_at(space.course))
+
+
+@compiled(**BY_ADDRESS)
+def within(where, theta):
     """The address of the state at part theta of the step: the cubic through states and slopes at its ends."""
-    tableau, march = step
+    space = space_at(where)
+    tableau, march = _tableau_at(space.pair), _march_at(space.course)
     if theta == 0.0:
         return row_address(space, Y)
-    start, end, within = states(space, Y), states(space, NEW), states(space, WITHIN)
+    start, end, between = states(space, Y), states(space, NEW), states(space, WITHIN)
     slope_start, slope_end = states(space, K0), states(space, K0 + tableau.stages)
-    cubic(theta, march.target - march.now, start, slope_start, end, slope_end, within)
+    cubic(theta, march.target - march.now, start, slope_start, end, slope_end, between)
     if space.project != 0:
         project_at_end(space, march.now, theta * (march.target - march.now), row_address(space, WITHIN))
     return row_address(space, WITHIN)
+
+
+DENSE_OUTPUT = DenseOutput(prepare, within, within)

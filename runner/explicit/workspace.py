@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from qddot.runner import abi
 from qddot.runner.frame.space import make_space, row_address, space_layout
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, floats
+from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, floats, record_at
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.machine.stage import stage_pointer
 from qddot.runner.machine.sums import add_latest, sum_slopes
@@ -28,8 +28,10 @@ ROWS = K0 + MOST_STAGES
 BLOCK_BYTES = 8 * BLOCK
 
 
-#: Fields beside those of every space. A row is in so many blocks; weights (MOST_STAGES,): room.
-SPACE = space_layout("blocks weights")
+#: Fields beside those of every space. A row is in so many blocks; weights (MOST_STAGES,): room; pair, course: the
+#: records of the method's coefficients and of what the run has reached.
+SPACE = space_layout("blocks weights pair course")
+space_at = record_at(SPACE)
 
 
 @compiled(**VIEW)

@@ -12,15 +12,19 @@ sqrt(-x), all are. It is held again from the end of that step on.
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from qddot.runner.frame.events import ActingCrossing, watch_for
-from qddot.runner.frame.search import NONE, event_values
+from qddot.runner.frame.log import LOG
+from qddot.runner.frame.search import NONE, WATCH, event_values
 from qddot.runner.frame.slide import combine, slider, sliding_functions, sliding_rhs
-from qddot.runner.frame.space import constants, input_values, look_up, modes, write_modes
+from qddot.runner.frame.space import SPACE, common, constants, input_values, look_up, modes, sketch_within, write_modes
+from qddot.runner.frame.step_end import call_walk
 from qddot.runner.load import Model
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, address, floats, integers
+from qddot.runner.machine.pointers import calling
 from qddot.runner.options import LOCATE, Options
 from qddot.runner.problem import Problem
 
@@ -40,6 +44,14 @@ _LEAST_STEP, _AT_ONCE = 8.0, 1e-12
 _MOST_CHANGES, _NO_PROGRESS = 3, 1e-3
 #: So many changes of sides within this part of the time passed are chatter.
 _CHATTER, _NO_TIME = 256, 1e-8
+
+_SIDES = from_dtype(WATCH)
+TAKE_SIDES = types.void(SPACE, _SIDES, types.float64, types.int64)
+RELEASE = types.void(SPACE, _SIDES)
+KEEP_SIDES = types.Tuple((types.int64, types.float64))(
+    SPACE, from_dtype(LOG), _SIDES, types.float64, types.float64, types.int64
+)
+_call_take, _call_release, _call_keep = map(calling, (TAKE_SIDES, RELEASE, KEEP_SIDES))
 
 
 def holding(
@@ -170,6 +182,12 @@ def hold_all(space, sides, values):
 @compiled(**LEAN)
 def release(space, sides):
     """Let all conditions be free for a step."""
+    _call_release(space.release, (common(space), sides))
+
+
+@compiled(**BY_ADDRESS)
+def let_go(space, sides):
+    """`release`."""
     flags = integers(sides.flags, sides.count)
     for k in range(sides.count):
         modes(space)[k] = 0.0
@@ -193,6 +211,12 @@ def may_release(sides, t):
 @compiled(**LEAN)
 def take_sides(space, sides, t, where):
     """Put the conditions on their sides where a step starts, the inputs being set: those that turned, or all anew."""
+    _call_take(space.take_sides, (common(space), sides, t, where))
+
+
+@compiled(**BY_ADDRESS)
+def take(space, sides, t, where):
+    """`take_sides`."""
     turning, flags = integers(sides.turning, sides.count), integers(sides.flags, sides.count)
     before, part = floats(sides.before, sides.count), floats(sides.part, sides.count)
     event_values(space, sides, t, where, sides.before)
@@ -241,8 +265,8 @@ def turns_near_zero(a, b, c):
     return abs(b) - (c - a) ** 2 / (8.0 * abs(bend)) < _NEAR * abs(b)
 
 
-@compiled(**INLINE)
-def may_leave(space, step, sides, t, h, sketch_within):
+@compiled(**LEAN)
+def may_leave(space, sides, t, h):
     """Whether a condition may leave its side within a step, by a sketch of its state; `after` is known."""
     count, last = sides.count, len(_LOOKS) + 1
     looks = floats(sides.looks, count * (last + 1))
@@ -255,7 +279,7 @@ def may_leave(space, step, sides, t, h, sketch_within):
         return True
     for j in range(1, last):
         theta = _LOOKS[j - 1]
-        where = sketch_within(space, step, theta)
+        where = sketch_within(space, theta)
         look_up(space, t, h, theta)
         event_values(space, sides, t + theta * h, where, sides.looks + 8 * count * j)
         for k in range(count):
@@ -292,20 +316,26 @@ def turn_first(space, sides):
     return first
 
 
-@compiled(**INLINE)
-def keep_sides(space, step, log, sides, t, h, where, follow, sketch_within):
+@compiled(**LEAN)
+def keep_sides(space, log, sides, t, h, where):
     """What becomes of a step from t over h to the state at an address, and the part of it that is left.
 
     KEPT: no condition left its side in it. SHORTER: it ends at that part, and conditions turn there. NOTHING: they turn
     where it began. CHATTER: they do so without end. Those that turn are put on their sides by `take_sides`.
     """
+    return _call_keep(space.keep_sides, (common(space), log, sides, t, h, where))
+
+
+@compiled(**BY_ADDRESS)
+def keep(space, log, sides, t, h, where):
+    """`keep_sides`."""
     look_up(space, t, h, 1.0)
     event_values(space, sides, t + h, where, sides.after)
     fate, part = KEPT, 1.0
     if sides.free != 0:
         hold_all(space, sides, sides.after)
-    elif may_leave(space, step, sides, t, h, sketch_within):
-        follow(space, step, log, sides, t, h)
+    elif may_leave(space, sides, t, h):
+        call_walk(space.walk, (space, log, sides, t, h))
         part = turn_first(space, sides)
         if part != NONE:
             fate = SHORTER if part * h > _LEAST_STEP * np.spacing(abs(t)) else NOTHING

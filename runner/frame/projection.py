@@ -11,15 +11,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import from_dtype, types
+from numba import types
 from numpy.typing import NDArray
 
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.constrained import compiled_work_size, distance, factorize, magnitude, solve, work_size
-from qddot.runner.machine.memory import LEAN, VIEW, address, floats, intrinsic, layout, matrix
-from qddot.runner.machine.pointers import call_kernel, caller, pointer
+from qddot.runner.machine.memory import LEAN, VIEW, address, floats, layout, matrix, record_at
+from qddot.runner.machine.pointers import call_kernel, calling, pointer
 from qddot.runner.matrices import scatter
 from qddot.runner.problem import Held, Problem
 
@@ -74,21 +74,7 @@ def _compiled() -> Any:
     return compiled(SIGNATURE, _nrt=False)(project)
 
 
-@intrinsic
-def held_at(typing_context: Any, where: Any) -> Any:
-    """The record at an address."""
-    kind = from_dtype(HELD)
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], context.get_value_type(kind))
-
-    return kind(types.int64), emit
-
-
-@intrinsic
-def call_projection(typing_context: Any, where: Any, held: Any, t: Any, x: Any) -> Any:
-    """Call `project` at an address."""
-    return caller(SIGNATURE)
+held_at, call_projection = record_at(HELD), calling(SIGNATURE)
 
 
 def project(where, t, x):
@@ -134,7 +120,7 @@ def _project_rows(function, held, table, reader, t, u, states, n):
     """Project the states at an address, n numbers each, at times t."""
     for i in range(len(t)):
         evaluate(table, reader, t[i], t[i], len(table.first), u)
-        call_projection(function, held, t[i], states + 8 * n * i)
+        call_projection(function, (held, t[i], states + 8 * n * i))
 
 
 @compiled(**LEAN)

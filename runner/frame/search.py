@@ -2,16 +2,15 @@
 
 A function is evaluated at Chebyshev's points of the step's dense output and where the polynomial through these values
 turns (see `turns`); between two of these points that differ in sign it crosses. For a state the polynomial is the dense
-output itself; where it does not stand for another function, the step is followed in halves. States are addresses, and a
-method's dense output is a function of it, see `step_end`.
+output itself; where it does not stand for another function, the step is followed in halves. States are addresses.
 """
 
 import numpy as np
 
-from qddot.runner.frame.space import constants, input_values, look_up
+from qddot.runner.frame.space import constants, input_values, look_up, state_within
 from qddot.runner.frame.turns import keeps_sign, stands_for, turning_points
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, floats, integers, layout
+from qddot.runner.machine.memory import LEAN, floats, integers, layout
 from qddot.runner.machine.pointers import call_event, call_kernel
 
 FUNCTION, OUTPUT, STATE, ACTING = range(4)
@@ -115,8 +114,8 @@ def watch_start(space, watch, t, where, first):
         before[i] = after[i]
 
 
-@compiled(**INLINE)
-def sample_part(space, step, watch, t, h, start, width, state_within):
+@compiled(**LEAN)
+def sample_part(space, watch, t, h, start, width):
     """Write the values at the points of a part of the step from t to t + h, the first and the step's last known."""
     count, points = watch.count, floats(watch.points, watch.degree + 1)
     values, before = floats(watch.values, count * (watch.degree + 1)), floats(watch.before, count)
@@ -126,7 +125,7 @@ def sample_part(space, step, watch, t, h, start, width, state_within):
     for j in range(1, watch.degree + 1):
         theta = start + width * points[j]
         if theta < 1.0:
-            where = state_within(space, step, theta)
+            where = state_within(space, theta)
             look_up(space, t, h, theta)
             event_values(space, watch, t + theta * h, where, watch.values + 8 * count * j)
         else:
@@ -160,16 +159,16 @@ def turns_of(watch, i):
     return turning_points(c, degree, watch.stack, floats(watch.turns, 2 * degree))
 
 
-@compiled(**INLINE)
-def value_within(space, step, watch, i, t, h, theta, state_within):
+@compiled(**LEAN)
+def value_within(space, watch, i, t, h, theta):
     """The function of event i at part theta of the step."""
-    where = state_within(space, step, theta)
+    where = state_within(space, theta)
     look_up(space, t, h, theta)
     return event_value(i, space, watch, t + theta * h, where)
 
 
-@compiled(**INLINE)
-def close_in(space, step, watch, i, t, h, low, high, before, after, state_within):
+@compiled(**LEAN)
+def close_in(space, watch, i, t, h, low, high, before, after):
     """Where event i crosses between parts low and high of the step, to the resolution of time, on the crossed side.
 
     before, after: its values there. By inverse quadratic interpolation where that is safe, else by halves (T. R.
@@ -183,7 +182,7 @@ def close_in(space, step, watch, i, t, h, low, high, before, after, state_within
         theta = a + min(max(part, least), 1.0 - least) * (b - a)
         if not low < theta < high:
             break
-        value = value_within(space, step, watch, i, t, h, theta, state_within)
+        value = value_within(space, watch, i, t, h, theta)
         crossed_there = value >= 0.0 if rising else value <= 0.0
         if crossed_there:
             high = theta
@@ -201,8 +200,8 @@ def close_in(space, step, watch, i, t, h, low, high, before, after, state_within
     return high
 
 
-@compiled(**INLINE)
-def find_crossings(space, step, watch, t, h, start, width, state_within):
+@compiled(**LEAN)
+def find_crossings(space, watch, t, h, start, width):
     """Note the crossings of all events in a part of the step, whose values are there."""
     points, turns = floats(watch.points, watch.degree + 1), floats(watch.turns, 2 * watch.degree)
     values, direction = floats(watch.values, watch.count * (watch.degree + 1)), integers(watch.direction, watch.count)
@@ -213,13 +212,13 @@ def find_crossings(space, step, watch, t, h, start, width, state_within):
         while n_turns >= 0 and j <= watch.degree:
             if k < n_turns and turns[k] < points[j]:
                 theta = start + width * turns[k]
-                value = value_within(space, step, watch, i, t, h, theta, state_within)
+                value = value_within(space, watch, i, t, h, theta)
                 k += 1
             else:
                 theta, value = start + width * points[j], values[watch.count * j + i]
                 j += 1
             if crossed(before, value, direction[i]):
-                note(watch, close_in(space, step, watch, i, t, h, low, theta, before, value, state_within), i)
+                note(watch, close_in(space, watch, i, t, h, low, theta, before, value), i)
             low, before = theta, value
 
 

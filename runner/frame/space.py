@@ -6,14 +6,30 @@ A method's own record has these fields and more; what is here, and the frame, re
 from typing import Any
 
 import numpy as np
+from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from qddot.runner.frame.projection import call_projection, projection_for
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.inputs.piece import InputTable
-from qddot.runner.inputs.reader import read, reader_for
+from qddot.runner.inputs.reader import FROM, TO, read_window, reader_for, refresh
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, VIEW, address, floats, integers, layout, matrix, record, writable
+from qddot.runner.machine.memory import (
+    BY_ADDRESS,
+    INLINE,
+    LEAN,
+    VIEW,
+    address,
+    floats,
+    integers,
+    layout,
+    matrix,
+    place_of,
+    record,
+    record_at,
+    writable,
+)
+from qddot.runner.machine.pointers import calling, pointer
 from qddot.runner.problem import Problem
 
 #: Addresses (see `memory`, `pointers`) and lengths. rhs; work: rows of n states, `stride` bytes apart; constants
@@ -21,11 +37,21 @@ from qddot.runner.problem import Problem
 #: inputs are known to be constant, and stand in u. project, held: what keeps the state on constraints, and the record
 #: of these, see `projection`; 0 where it is kept on none. n_modes: of the last channels, which are modes of conditions
 #: (see `hold`), those that stand in modes (n_modes,); 0 where conditions are free. by_item: not 0 where rhs takes the
-#: state of a stage (see `stage`); jacobian_kernel: 0 where there is none.
+#: state of a stage (see `stage`); jacobian_kernel: 0 where there is none. The rest are functions,
+#: 0 where a run needs none: refresh: of the inputs' reader; those of the method's dense output and of the frame: see
+#: `functions`.
 _COMMON = (
     "rhs work n stride constants n_constants n_inputs channels u reader reader_size steady "
-    "pieces n_pieces first last rate offset order project held n_modes modes by_item jacobian_kernel"
+    "pieces n_pieces first last rate offset order project held n_modes modes by_item jacobian_kernel "
+    "refresh prepare within sketch at_start walk finish take_sides keep_sides release"
 )
+#: The part that all spaces have. Its first field has a title: numba would take a space for a subtype of it, and warn.
+COMMON = np.dtype([(("of all methods", "rhs"), np.int64), *layout(_COMMON.removeprefix("rhs ")).descr])
+SPACE = from_dtype(COMMON)
+common_at = record_at(COMMON)
+REFRESH, PREPARE = types.void(types.int64, types.float64), types.void(types.int64)
+WITHIN = types.int64(types.int64, types.float64)
+_call_refresh, _call_prepare, _call_within = map(calling, (REFRESH, PREPARE, WITHIN))
 
 
 def space_layout(own: str) -> np.dtype:
@@ -48,6 +74,8 @@ def make_space(
     }
     n = len(problem.initial_state)
     kept_alive: dict[str, NDArray[Any]] = {}
+    if problem.n_inputs > 0:
+        numbers["refresh"] = pointer(_refresh, REFRESH, "refresh")
     if problem.held is not None:
         addresses, kept_alive = projection_for(problem.held, n, arrays["constants"], arrays["u"])
         numbers |= addresses
@@ -117,12 +145,26 @@ def input_table(space):
     )
 
 
+@compiled(**BY_ADDRESS)
+def _refresh(where, t):
+    """Have the reader of the space at an address take over the pieces at time t."""
+    space = common_at(where)
+    refresh(input_table(space), floats(space.reader, space.reader_size), t, space.n_inputs)
+
+
 @compiled(**LEAN)
 def set_inputs(space, t, side):
     """Look the inputs up at t, as limits from the side on which the time `side` lies."""
+    _set_inputs(common(space), t, side)
+
+
+@compiled(**LEAN)
+def _set_inputs(space, t, side):
     if space.n_inputs > 0:
         reader = floats(space.reader, space.reader_size)
-        read(input_table(space), reader, t, side, space.n_inputs, input_values(space))
+        if not reader[FROM] <= side < reader[TO]:
+            _call_refresh(space.refresh, (place_of(space), side))
+        read_window(reader, t, space.n_inputs, input_values(space))
         if space.n_modes > 0 and space.n_inputs > space.channels - space.n_modes:
             write_modes(space)
 
@@ -137,7 +179,7 @@ def look_up(space, t, h, c):
 @compiled(**LEAN)
 def project(space, t, x):
     """Put the state at an address on the constraints at t, the inputs being set."""
-    call_projection(space.project, space.held, t, x)
+    call_projection(space.project, (space.held, t, x))
 
 
 @compiled(**LEAN)
@@ -160,3 +202,27 @@ def project_at_switch(space, t, h, x):
         u[space.channels - space.n_modes + k] = 0.0
     project_at_end(space, t, h, x)
     write_modes(space)
+
+
+@compiled(**LEAN)
+def common(space):
+    """The part of a space that all methods have."""
+    return common_at(place_of(space))
+
+
+@compiled(**LEAN)
+def prepare(space):
+    """Write what dense output needs beyond the step itself; it may be called twice."""
+    _call_prepare(space.prepare, (place_of(space),))
+
+
+@compiled(**LEAN)
+def state_within(space, theta):
+    """The address of the state at part theta of the step, 0 to 1, from its prepared dense output; at 0 without."""
+    return _call_within(space.within, (place_of(space), theta))
+
+
+@compiled(**LEAN)
+def sketch_within(space, theta):
+    """The address of about that state, without any preparation beyond the slope at the end of the step."""
+    return _call_within(space.sketch, (place_of(space), theta))

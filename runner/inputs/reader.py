@@ -27,35 +27,28 @@ GROUP_SIZE = 11 * GROUP
 
 def reader_for(table: InputTable) -> NDArray[np.float64]:
     """A reader of these channels, its window empty: (HEAD + groups*GROUP_SIZE,)."""
-    reader: NDArray[np.float64] = _empty_reader(table.first)
-    return reader
-
-
-@compiled()
-def _empty_reader(first):
-    reader = np.zeros(HEAD + -(-len(first) // GROUP) * GROUP_SIZE)
+    channels = np.arange(len(table.first))
+    reader = np.zeros(HEAD + -(-len(channels) // GROUP) * GROUP_SIZE)
     reader[FROM], reader[TO], reader[WIDTH] = np.inf, -np.inf, GROUP
-    for i in range(len(first)):
-        reader[HEAD + i // GROUP * GROUP_SIZE + i % GROUP + PIECE] = first[i]
+    reader[HEAD + channels // GROUP * GROUP_SIZE + channels % GROUP + PIECE] = table.first
     return reader
 
 
 def sample(table: InputTable, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
     """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
-    _sample(table, times, values)
-
-
-@compiled()
-def _sample(table, times, values):
-    reader = _empty_reader(table.first)
-    for i in range(len(times)):
-        read(table, reader, times[i], times[i], len(table.first), values[i])
+    _sample(table, reader_for(table), times, values)
 
 
 @compiled()
 def evaluate(table, reader, t, t_side, count, u):
-    """`read`, for Python."""
+    """`read`, for Python, and by its address."""
     read(table, reader, t, t_side, count, u)
+
+
+@compiled()
+def _sample(table, reader, times, values):
+    for i in range(len(times)):
+        evaluate(table, reader, times[i], times[i], len(table.first), values[i])
 
 
 @compiled(**LEAN)
@@ -67,6 +60,12 @@ def read(table, reader, t, t_side, count, u):
     """
     if not reader[FROM] <= t_side < reader[TO]:
         refresh(table, reader, t_side, count)
+    read_window(reader, t, count, u)
+
+
+@compiled(**LEAN)
+def read_window(reader, t, count, u):
+    """`read` where the side of t lies within the window."""
     where = first_item(reader) + 8 * HEAD
     for start in range(0, count, GROUP):
         read_group(where, t, reader[HAS_SINE], np.int64(reader[WIDTH]))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic as numba_intrinsic
 from numba.np.arrayobj import make_array, populate_array
@@ -64,6 +64,12 @@ def address(array: NDArray[Any]) -> int:
     return ctypes.addressof(ctypes.c_char.from_buffer(buffer))  # a quarter of the time that array.ctypes.data takes
 
 
+def place(of: np.void) -> int:
+    """The address of a record."""
+    base: Any = of.base
+    return address(base)
+
+
 def writable(array: NDArray[Any]) -> NDArray[Any]:
     """The array itself, or a copy where it is read-only or not contiguous."""
     return np.require(array, requirements=["C", "W"])
@@ -77,6 +83,30 @@ def uncounted(array_type: types.Array, context: Any, builder: Any, where: Any, s
     data = builder.inttoptr(where, array.data.type)
     populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
     return array._getvalue()
+
+
+@intrinsic
+def place_of(typing_context: Any, of: Any) -> Any:
+    """The address of a record, in compiled code."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.ptrtoint(arguments[0], ir.IntType(64))
+
+    return types.int64(of), emit
+
+
+def record_at(fields: np.dtype) -> Any:
+    """What gives the record of these fields that stands at an address, in compiled code."""
+    kind = from_dtype(fields)
+
+    @intrinsic
+    def at(typing_context: Any, where: Any) -> Any:
+        def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(kind))
+
+        return kind(types.int64), emit
+
+    return at
 
 
 @intrinsic

@@ -7,6 +7,7 @@ FunctionType; but handing over a FunctionType costs 0.2 ms a kernel and call of 
 from typing import Any
 
 from numba import types
+from numba.core import cgutils
 
 from qddot.runner import abi
 from qddot.runner.checks import shown
@@ -57,6 +58,20 @@ def caller(signature: Any) -> Any:
         return result
 
     return signature.return_type(types.int64, *signature.args), emit
+
+
+def calling(signature: Any) -> Any:
+    """What calls a function of this signature at an address, in compiled code: call(where, (its arguments))."""
+    _, code = caller(signature)
+
+    @intrinsic
+    def call(typing_context: Any, where: Any, arguments: Any) -> Any:
+        def emit(context: Any, builder: Any, own: Any, given: Any) -> Any:
+            return code(context, builder, own, [given[0], *cgutils.unpack_tuple(builder, given[1])])
+
+        return signature.return_type(types.int64, types.BaseTuple.from_types(signature.args)), emit
+
+    return call
 
 
 @intrinsic

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from qddot.runner.frame.consistent import AlgebraicEquations, InconsistentError, consistent_state
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.functions import DenseOutput, give_functions
 from qddot.runner.frame.hold import holding, kept
 from qddot.runner.frame.log import LOG, Log, log_for
 from qddot.runner.frame.output_times import wanted_times
@@ -22,10 +23,10 @@ from qddot.runner.frame.workplace import restorer
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.machine.memory import record
+from qddot.runner.machine.memory import place, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
-from qddot.runner.stiff.loop import CORRECT, START
+from qddot.runner.stiff.loop import CORRECT, START, within
 from qddot.runner.stiff.space import DEGREE, SPACE, THRESHOLD, X, space_for
 
 #: Scalar operations of a slice: some ten milliseconds, so that Ctrl-C is heard.
@@ -76,12 +77,14 @@ def stiff_workplace(
     options: Options,
     recorder: Recorder | None,
     run_slice: Callable[..., Any],
+    prepare: Any,
     rows: int,
     control: np.dtype,
     **own: Any,
 ) -> StiffWorkplace:
     """Where a method's loop, run_slice(space, s, log, watch, sides, most_steps), works, with `rows` of vectors.
 
+    prepare: see `DenseOutput`.
     recorder: takes the pieces of the run. control: the type of the record of scalars s; own: initial values of the
     method's own among them. A run raises ValueError for initial values that cannot be made consistent with the
     algebraic equations.
@@ -96,6 +99,9 @@ def stiff_workplace(
     s = record(control, **_settings(problem, options), **own)
     if recorder is not None:
         refine, s["max_steps"] = DEGREE, recorder.steps
+    space["scalars"] = place(s)
+    dense = DenseOutput(prepare, within, within)
+    give_functions(space, dense, events=bool(options.events), conditions=problem.n_modes > 0)
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     n, cells = int(space["n"]), int(space["cells"])
     most_steps = max(4, SLICE_WORK // (100 * n + 10 * cells + cells * (cells // n)))

@@ -4,9 +4,9 @@ A run is cut into segments at the breakpoints of the inputs, and where a conditi
 it is held. A method starts afresh in each one, because a jump in f, or in a low derivative of it, makes what it knew of
 the past worthless.
 
-A method is four functions: first_step(space, s, v) begins a segment; take_good_step(space, s, v) takes an accepted step
-and returns a status; prepare_polynomial(space, s) writes the step's dense output, unless the step was cut;
-choose_next(s, v) sets the step to come.
+A method is three functions, compiled with its loop: first_step(space, s, v) begins a segment; take_good_step(space, s,
+v) takes an accepted step and returns a status; choose_next(s, v) sets the step to come. And one with an address, see
+`DenseOutput`: it writes the polynomial of the step, unless the step was cut.
 """
 
 import numpy as np
@@ -14,13 +14,21 @@ import numpy as np
 from qddot.runner.frame.hold import CHATTER, KEPT, NOTHING, SHORTER, keep_sides, may_release, release, take_sides
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import project, project_at_end, project_at_switch, row_address, set_inputs
+from qddot.runner.frame.space import (
+    prepare,
+    project,
+    project_at_end,
+    project_at_switch,
+    row_address,
+    set_inputs,
+    state_within,
+)
 from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN
+from qddot.runner.machine.memory import BY_ADDRESS, INLINE
 from qddot.runner.problem import Status
-from qddot.runner.stiff.space import DEGREE, POLYNOMIAL, WITHIN, X_NEW, F, X, vectors
+from qddot.runner.stiff.space import DEGREE, POLYNOMIAL, WITHIN, X_NEW, F, X, scalars_at, space_at, vectors
 from qddot.runner.stiff.system import all_finite, evaluate_f, evaluate_jacobian, evaluate_polynomial
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
@@ -31,9 +39,7 @@ CORRECT, START, STEP = range(3)
 
 
 @compiled(**INLINE)
-def take_steps(
-    space, s, log, watch, sides, most_steps, first_step, take_good_step, prepare_polynomial, follow, choose_next
-):
+def take_steps(space, s, log, watch, sides, most_steps, first_step, take_good_step, choose_next):
     """Take at most `most_steps` steps of a method; returns a Status."""
     v = vectors(space)
     status = RUNNING
@@ -54,14 +60,13 @@ def take_steps(
             continue
         if status != RUNNING:
             break
-        fate = hold_sides(space, s, v, log, sides, prepare_polynomial, follow) if sides.count > 0 else KEPT
+        fate = hold_sides(space, s, v, log, sides) if sides.count > 0 else KEPT
         if fate == NOTHING:
             continue
         if fate == CHATTER:
             status = STEP_UNDERFLOW
             break
-        new = row_address(space, X_NEW)
-        ended = finish_step(space, s, log, watch, s.t, s.length, s.t_new, new, follow, prepare_polynomial, state_within)
+        ended = finish_step(space, log, watch, s.t, s.length, s.t_new, row_address(space, X_NEW))
         if ended != NONE:
             cut_step(space, s, v, ended)
         choose_next(s, v)
@@ -71,9 +76,11 @@ def take_steps(
     return status
 
 
-@compiled(**LEAN)
-def state_within(space, s, theta):
+@compiled(**BY_ADDRESS)
+def within(where, theta):
     """The address of the state at part theta of the step, from its prepared polynomial."""
+    space = space_at(where)
+    s = scalars_at(space.scalars)
     if theta == 0.0:
         return row_address(space, X)
     evaluate_polynomial(vectors(space), theta)
@@ -83,11 +90,11 @@ def state_within(space, s, theta):
 
 
 @compiled(**INLINE)
-def hold_sides(space, s, v, log, sides, prepare_polynomial, follow):
+def hold_sides(space, s, v, log, sides):
     """Cut a step where a condition leaves its side; returns what became of it, see `keep_sides`."""
     new = row_address(space, X_NEW)
-    prepare_polynomial(space, s)
-    fate, part = keep_sides(space, s, log, sides, s.t, s.length, new, follow, state_within)
+    prepare(space)
+    fate, part = keep_sides(space, log, sides, s.t, s.length, new)
     if fate == NOTHING:
         s.phase = START
         s.failed_attempts += 1
@@ -115,7 +122,7 @@ def begin_segment(space, s, v, log, watch, sides):
         project(space, s.t, row_address(space, X))
     if sides.count > 0 and sides.free == 0:
         take_sides(space, sides, s.t, row_address(space, X))
-    if events_at_start(space, s, log, watch, s.t, s.steps == 0, state_within):
+    if events_at_start(space, log, watch, s.t, s.steps == 0):
         return TERMINATED
     evaluate_f(space, s, s.t, X, F)
     if sides.count > 0 and not all_finite(row_address(space, F), space.n):  # a hair beyond where the branch has values
@@ -145,7 +152,7 @@ def check_step(s, v):
 @compiled(**INLINE)
 def cut_step(space, s, v, theta):
     """End the step at part theta of it."""
-    state_within(space, s, theta)
+    state_within(space, theta)
     s.t_new = s.t + theta * s.length
     for i in range(v.shape[1]):
         v[X_NEW, i] = v[WITHIN, i]

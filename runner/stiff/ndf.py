@@ -10,14 +10,13 @@ import numpy as np
 
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.step_control import at_rate, matlab_first_step
-from qddot.runner.frame.step_end import walk
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN
+from qddot.runner.machine.memory import BY_ADDRESS, INLINE, record_at
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
-from qddot.runner.stiff.loop import state_within, take_steps
+from qddot.runner.stiff.loop import take_steps
 from qddot.runner.stiff.ndf_choice import choose_after_success
 from qddot.runner.stiff.ndf_formulas import (
     CORRECTION,
@@ -30,7 +29,7 @@ from qddot.runner.stiff.ndf_formulas import (
     prepare_polynomial,
 )
 from qddot.runner.stiff.ndf_step import form_matrix, take_good_step
-from qddot.runner.stiff.space import F, X, control_type
+from qddot.runner.stiff.space import F, X, control_type, space_at
 from qddot.runner.stiff.system import (
     ROOT_EPS,
     apply_inverse_mass,
@@ -55,6 +54,7 @@ CONTROL = control_type(
         *((name, "f8", (HIGHEST_ORDER, HIGHEST_ORDER)) for name in ("R", "RU")),
     ]
 )
+_scalars_at = record_at(CONTROL)
 
 
 @compiled(**INLINE)
@@ -82,10 +82,11 @@ def first_step(space, s, v):
     form_matrix(space, s)
 
 
-@compiled(**LEAN)
-def follow(space, s, log, watch, t, h):
-    """See `step_end`."""
-    return walk(space, s, log, watch, t, h, prepare_polynomial, state_within)
+@compiled(**BY_ADDRESS)
+def prepare(where):
+    """Write the polynomial of the step that the space at an address has."""
+    space = space_at(where)
+    prepare_polynomial(space, _scalars_at(space.scalars))
 
 
 def run_slice(space, s, log, watch, sides, most_steps):
@@ -99,8 +100,6 @@ def run_slice(space, s, log, watch, sides, most_steps):
         most_steps,
         first_step,
         take_good_step,
-        prepare_polynomial,
-        follow,
         choose_after_success,
     )
 
@@ -118,4 +117,4 @@ def integrate(problem: Problem, method: "Method", options: Options, recorder: Re
 
 def _workplace(problem: Problem, method: "Method", options: Options, recorder: Recorder | None) -> StiffWorkplace:
     own = {"max_order": options.max_order, "bdf": options.bdf}
-    return stiff_workplace(problem, options, recorder, run_slice, ROWS, CONTROL, **own)
+    return stiff_workplace(problem, options, recorder, run_slice, prepare, ROWS, CONTROL, **own)

@@ -11,16 +11,15 @@ import numpy as np
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.step_control import CONTROL as STEP_CONTROL
 from qddot.runner.frame.step_control import control_for
-from qddot.runner.frame.step_end import walk
 from qddot.runner.frame.workplace import run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import LEAN
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, record_at
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.stiff.driver import StiffWorkplace, stiff_workplace
-from qddot.runner.stiff.loop import state_within, take_steps
+from qddot.runner.stiff.loop import take_steps
 from qddot.runner.stiff.rosenbrock_step import ARGUMENT, DFDT, PAST, ROWS, U, prepare_polynomial, take_good_step
-from qddot.runner.stiff.space import F, X, control_type
+from qddot.runner.stiff.space import F, X, control_type, space_at
 from qddot.runner.stiff.system import (
     CENTRAL_BELOW,
     ROOT_EPS,
@@ -41,6 +40,7 @@ DEFAULT_CONTROLLER = "pi"
 STEPPING = [name for name in STEP_CONTROL.names or () if name not in ("rtol", "limit")]
 #: next_h: the controller's step; last_error: of the step before.
 CONTROL = control_type([*((name, STEP_CONTROL[name]) for name in STEPPING), ("next_h", "f8"), ("last_error", "f8")])
+_scalars_at = record_at(CONTROL)
 
 
 @compiled(**LEAN)
@@ -70,17 +70,16 @@ def choose_next(s, v):
     s.h = s.next_h
 
 
-@compiled(**LEAN)
-def follow(space, s, log, watch, t, h):
-    """See `step_end`."""
-    return walk(space, s, log, watch, t, h, prepare_polynomial, state_within)
+@compiled(**BY_ADDRESS)
+def prepare(where):
+    """Write the polynomial of the step that the space at an address has."""
+    space = space_at(where)
+    prepare_polynomial(space, _scalars_at(space.scalars))
 
 
 def run_slice(space, s, log, watch, sides, most_steps):
     """Take at most `most_steps` steps; returns a Status."""
-    return take_steps(
-        space, s, log, watch, sides, most_steps, first_step, take_good_step, prepare_polynomial, follow, choose_next
-    )
+    return take_steps(space, s, log, watch, sides, most_steps, first_step, take_good_step, choose_next)
 
 
 def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
@@ -100,4 +99,4 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     step_control = control_for(name, ERROR_ORDER, options.least_rtol, float(options.divergence_limit))
     central = options.least_rtol < CENTRAL_BELOW
     stepping = {field: step_control[field] for field in STEPPING}
-    return stiff_workplace(problem, options, recorder, run_slice, ROWS, CONTROL, central=central, **stepping)
+    return stiff_workplace(problem, options, recorder, run_slice, prepare, ROWS, CONTROL, central=central, **stepping)

@@ -10,7 +10,7 @@ from qddot.runner.frame.consistent import mass_matrix
 from qddot.runner.frame.space import make_space, space_layout
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.linear_algebra import find_lapack
-from qddot.runner.machine.memory import VIEW, matrix
+from qddot.runner.machine.memory import VIEW, matrix, record_at
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
@@ -45,15 +45,19 @@ def control_type(own: list[Any]) -> np.dtype:
     return np.dtype([*CONTROL, *own], align=True)
 
 
+#: What `scalars` points to, as far as all methods have it.
+scalars_at = record_at(control_type([]))
+
 #: Fields beside those of every space. Of jacobian_kernel `entries` values (entries,) and
 #: their places in the matrix (entries,), places 0 where it fills the matrix itself; work: the vectors, (rows, n); mass,
 #: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). Where the Jacobian is a band, see `band`, there is no
 #: mass, jacobian and factors are `cells` numbers each, with lower, upper, place_of (n,) and scratch (n,); place_of is 0
-#: where it is none. factor_routine, solve_routine: LAPACK's.
+#: where it is none. factor_routine, solve_routine: LAPACK's. scalars: the record of the run's scalars, s.
 SPACE = space_layout(
     "entries values places rows mass pseudo_inverse jacobian factors pivots "
-    "cells lower upper place_of scratch factor_routine solve_routine"
+    "cells lower upper place_of scratch factor_routine solve_routine scalars"
 )
+space_at = record_at(SPACE)
 
 
 @compiled(**VIEW)

@@ -8,7 +8,7 @@ import numpy as np
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import row_address, set_inputs, states
-from qddot.runner.frame.step_end import events_at_start, finish_step, walk
+from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
@@ -16,7 +16,7 @@ from qddot.runner.machine.series_calls import call_series
 from qddot.runner.problem import Status
 from qddot.runner.taylor.inputs import pieces_end, write_inputs
 from qddot.runner.taylor.sides import NOTHING, choose_sides, first_to_leave, turn
-from qddot.runner.taylor.space import NEW, WITHIN, coefficient, nothing_to_prepare, state_within, sum_series
+from qddot.runner.taylor.space import NEW, WITHIN, coefficient, sum_series
 from qddot.runner.taylor.space import time_and_sense as memory_head
 from qddot.runner.taylor.step import step_size, worst_state
 
@@ -118,12 +118,6 @@ def complete_step(space, course, log, ended):
     return status
 
 
-@compiled(**LEAN)
-def follow(space, step, log, watch, t, h):
-    """See `step_end`."""
-    return walk(space, step, log, watch, t, h, nothing_to_prepare, state_within)
-
-
 def run_slice(space, course, log, watch, most_steps):
     """At most `most_steps` steps; returns a status. RUNNING also where there is no room for what another step saves."""
     for _ in range(most_steps):
@@ -132,16 +126,12 @@ def run_slice(space, course, log, watch, most_steps):
         if course.restart:
             t = course.now
             set_inputs(space, t, after(t, next_stop(log) - t))
-            if events_at_start(space, course, log, watch, t, course.steps == 0, state_within):
+            if events_at_start(space, log, watch, t, course.steps == 0):
                 return TERMINATED
         status = take_step(space, course, log)
         if status != RUNNING:
             return status
-        where = row_address(space, NEW)
-        t, h = course.start, course.length
-        ended = finish_step(
-            space, course, log, watch, t, h, course.now, where, follow, nothing_to_prepare, state_within
-        )
+        ended = finish_step(space, log, watch, course.start, course.length, course.now, row_address(space, NEW))
         status = complete_step(space, course, log, ended)
         if status != RUNNING:
             return status

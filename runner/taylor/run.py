@@ -7,6 +7,7 @@ import numpy as np
 from numba import from_dtype, types
 
 from qddot.runner.frame.events import watch_for
+from qddot.runner.frame.functions import give_functions
 from qddot.runner.frame.log import LOG, log_for
 from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
@@ -14,11 +15,11 @@ from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import stops_to_end
 from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import record
+from qddot.runner.machine.memory import place, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.taylor.loop import run_slice
-from qddot.runner.taylor.space import COURSE, SPACE, space_for
+from qddot.runner.taylor.space import COURSE, DENSE_OUTPUT, SPACE, space_for
 from qddot.runner.taylor.step import order_for
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     wanted = wanted_times(times, problem.t0, problem.t1)
     refine = 0 if times is not None else options.refine or REFINE
     course, loop = _course(problem, options), _compiled_loop()
+    space["course"] = place(course)
+    give_functions(space, DENSE_OUTPUT, events=bool(options.events), conditions=False)
     if recorder is not None:
         refine, course["max_steps"] = min(order, DEGREE), recorder.steps
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from qddot.runner.frame.functions import DenseOutput
 from qddot.runner.frame.space import make_space, row_address, space_layout
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, VIEW, floats, layout
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, VIEW, floats, layout, record_at
 from qddot.runner.machine.series_calls import call_polynomial
 from qddot.runner.machine.series_code import SeriesCode
 from qddot.runner.problem import Problem
@@ -18,10 +19,10 @@ _ROWS = 4
 
 #: Fields beside those of every space. series, polynomial: functions; memory: theirs; where states, inputs, conditions
 #: and what they compare are in it, and the strides from order to order, in bytes; n_sides conditions; the order; and
-#: how many inputs have series there.
+#: how many inputs have series there; course: the record of that.
 SPACE = space_layout(
     "series polynomial memory states_at state_stride inputs_at input_stride compared_at side_stride sides_at n_sides "
-    "highest series_inputs"
+    "highest series_inputs course"
 )
 #: Fields of the course. restart: the next step starts where inputs may jump. turned: conditions that changed sides at
 #: this very time. now: time of the state; start, length: of the last step.
@@ -29,6 +30,7 @@ COURSE = layout(
     "max_steps steps evaluations failed_state restart turned",
     "now start length max_step first_step longest_first rtol limit",
 )
+_space_at, _course_at = record_at(SPACE), record_at(COURSE)
 
 
 def space_for(
@@ -88,15 +90,19 @@ def sum_series(space, time, row):
     call_polynomial(space.polynomial, space.memory, space.highest, time, row_address(space, row))
 
 
-@compiled(**INLINE)
-def state_within(space, step, theta):
+@compiled(**BY_ADDRESS)
+def within(where, theta):
     """The address of the state at part theta of the step."""
+    space = _space_at(where)
     if theta == 0.0:
         return space.states_at
-    sum_series(space, theta * step.length, WITHIN)
+    sum_series(space, theta * _course_at(space.course).length, WITHIN)
     return row_address(space, WITHIN)
 
 
-@compiled(**LEAN)
-def nothing_to_prepare(space, step):
+@compiled(**BY_ADDRESS)
+def nothing_to_prepare(where):
     """The dense output of a step is its series."""
+
+
+DENSE_OUTPUT = DenseOutput(nothing_to_prepare, within, within)
