@@ -6,6 +6,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.convert import arguments, looked_up, slope
+from qddot.codegen.nodes import holds, operands, symbols_of
 from qddot.codegen.rewrite import Names, operations, replaced, rewrite
 
 Vector = tuple[Any, ...]
@@ -54,7 +55,7 @@ class Definitions:
     def base_symbols(self, expression: Any) -> frozenset[Any]:
         """All symbols an expression depends on, through quantities too; quantities themselves left out."""
         found: set[Any] = set()
-        for symbol in expression.free_symbols:
+        for symbol in symbols_of(expression):
             found.update(self._reach.get(symbol, (symbol,)))
         return frozenset(found)
 
@@ -63,7 +64,7 @@ class Definitions:
         wanted = set(variables)
         parts: dict[Any, list[Any]] = {}
         for term in terms(expression):
-            symbols = {symbol: self._reach.get(symbol, {symbol}) & wanted for symbol in term.free_symbols}
+            symbols = {symbol: self._reach.get(symbol, {symbol}) & wanted for symbol in symbols_of(term)}
             for symbol, outer in self._derivatives(term, [symbol for symbol, reached in symbols.items() if reached]):
                 for variable in symbols[symbol]:
                     inner = self._slope(symbol, variable)
@@ -87,21 +88,21 @@ class Definitions:
 
     def needed(self, expressions: Iterable[Any]) -> set[Any]:
         """The quantities that expressions depend on."""
-        needed = set().union(*(expression.free_symbols for expression in expressions))
+        needed = set().union(*(symbols_of(expression) for expression in expressions))
         for symbol, definition in reversed(self.expressions.items()):
             if symbol in needed:
-                needed |= definition.free_symbols
+                needed |= symbols_of(definition)
         return needed & self.expressions.keys()
 
     def _derivatives(self, term: Any, symbols: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Partial derivatives by symbols; of a product with a long sum by way of the derivatives of its terms."""
-        factors = term.args if isinstance(term, se.Mul) else ()
+        factors = operands(term) if isinstance(term, se.Mul) else ()
         long = [part for part in factors if isinstance(part, se.Add)]
-        if len(long) != 1 or len(long[0].args) < _MANY or term.atoms(se.Piecewise, se.FunctionSymbol):
+        if len(long) != 1 or len(operands(long[0])) < _MANY or holds(term, se.Piecewise, se.FunctionSymbol):
             yield from ((symbol, self._derivative(term, symbol)) for symbol in symbols)
             return
         total, rest = long[0], se.Mul(*(part for part in factors if part is not long[0]))
-        slopes, within = self._slopes_of_sum(total, symbols), rest.free_symbols
+        slopes, within = self._slopes_of_sum(total, symbols), symbols_of(rest)
         for symbol in symbols:
             inside = rest * slopes[symbol] if symbol in slopes else se.Integer(0)
             yield symbol, inside + total * rest.diff(symbol) if symbol in within else inside
@@ -109,18 +110,18 @@ class Definitions:
     def _slopes_of_sum(self, total: Any, symbols: Iterable[Any]) -> dict[Any, Any]:
         """Partial derivatives of a sum by symbols that it holds, and what others are known; kept."""
         known = self._sums.setdefault(total, {})
-        missing = total.free_symbols.intersection(symbols) - known.keys()
+        missing = symbols_of(total).intersection(symbols) - known.keys()
         if missing:
             found: dict[Any, list[Any]] = {symbol: [] for symbol in missing}
-            for term in total.args:
-                for symbol, slope in self._derivatives(term, missing & term.free_symbols):
+            for term in operands(total):
+                for symbol, slope in self._derivatives(term, missing & symbols_of(term)):
                     found[symbol].append(slope)
             known |= {symbol: se.Add(*parts) for symbol, parts in found.items()}
         return known
 
     def _derivative(self, expression: Any, symbol: Any) -> Any:
         """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""
-        calls = _outermost_calls(expression) if expression.atoms(se.FunctionSymbol) else []
+        calls = _outermost_calls(expression) if holds(expression, se.FunctionSymbol) else []
         if not calls:
             return settled(expression.diff(symbol))
         names = {call: se.Dummy() for call in calls}
@@ -130,7 +131,7 @@ class Definitions:
             table, orders = looked_up(call)
             outer = settled(shell.diff(name))
             for k, (order, argument) in enumerate(zip(orders, arguments(call), strict=True)):
-                if order < self._degrees[table] and symbol in argument.free_symbols:
+                if order < self._degrees[table] and symbol in symbols_of(argument):
                     parts.append(outer * slope(call, k) * self._derivative(argument, symbol))
         return replaced(se.Add(*parts), {name: call for call, name in names.items()})
 
@@ -155,32 +156,32 @@ class Definitions:
 
 
 def _replaced(expression: Any, values: Mapping[Any, Any]) -> Any:
-    return expression.subs({symbol: values[symbol] for symbol in expression.free_symbols & values.keys()})
+    return expression.subs({symbol: values[symbol] for symbol in symbols_of(expression) & values.keys()})
 
 
 def _is_finite(expression: Any) -> bool:
-    return type(expression).__name__ not in _NO_NUMBERS and all(map(_is_finite, expression.args))
+    return type(expression).__name__ not in _NO_NUMBERS and all(map(_is_finite, operands(expression)))
 
 
 def settled(expression: Any) -> Any:
     """The same, each Piecewise whose branches are all of one value written as that value."""
-    return rewrite(expression, _one_value, {}) if expression.atoms(se.Piecewise) else expression
+    return rewrite(expression, _one_value, {}) if holds(expression, se.Piecewise) else expression
 
 
 def _one_value(node: Any) -> Any:
-    values = node.args[::2] if isinstance(node, se.Piecewise) else ()
+    values = operands(node)[::2] if isinstance(node, se.Piecewise) else ()
     return values[0] if values and all(value == values[0] for value in values) else node
 
 
 def _outermost_calls(expression: Any) -> list[Any]:
     if isinstance(expression, se.FunctionSymbol):
         return [expression]
-    return list(dict.fromkeys(call for part in expression.args for call in _outermost_calls(part)))
+    return list(dict.fromkeys(call for part in operands(expression) for call in _outermost_calls(part)))
 
 
 def terms(expression: Any) -> tuple[Any, ...]:
     """The addends of a sum, opening products of a number or symbol with a sum as they stand."""
-    return expression.args if isinstance(expression, se.Add) else (expression,)
+    return operands(expression) if isinstance(expression, se.Add) else (expression,)
 
 
 def by(gradient: Mapping[Any, Any], variables: Sequence[Any]) -> Vector:

@@ -8,6 +8,7 @@ import symengine as se
 import symengine.lib.symengine_wrapper as wrapper
 
 from qddot.codegen.identities import Polynomial, polynomial, spread
+from qddot.codegen.nodes import operands
 from qddot.codegen.rewrite import rewrite, split_number
 
 _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
@@ -61,22 +62,22 @@ def exact(value: Fraction) -> Any:
 def _nodes(expression: Any) -> Iterable[Any]:
     yield expression
     if not isinstance(expression, _NOT_REAL):
-        for part in expression.args:
+        for part in operands(expression):
             yield from _nodes(part)
 
 
 def _open_wave(node: Any) -> Any:
     if isinstance(node, se.tan):
-        return _open_wave(se.sin(node.args[0])) / _open_wave(se.cos(node.args[0]))
+        return _open_wave(se.sin(operands(node)[0])) / _open_wave(se.cos(operands(node)[0]))
     if not isinstance(node, se.sin | se.cos):
         return node
-    sine, cosine = _sine_and_cosine(_expanded(node.args[0]))
+    sine, cosine = _sine_and_cosine(_expanded(operands(node)[0]))
     return sine if isinstance(node, se.sin) else cosine
 
 
 def _sine_and_cosine(argument: Any) -> tuple[Any, Any]:
     if isinstance(argument, se.Add):
-        first, rest = argument.args[0], se.Add(*argument.args[1:])
+        first, rest = operands(argument)[0], se.Add(*operands(argument)[1:])
         (s, c), (t, d) = _sine_and_cosine(first), _sine_and_cosine(rest)
         return s * d + c * t, c * d - s * t
     number, rest = split_number(argument)
@@ -91,9 +92,9 @@ def _sine_and_cosine(argument: Any) -> tuple[Any, Any]:
 
 
 def _no_squared_sine(node: Any) -> Any:
-    if isinstance(node, se.Pow) and isinstance(node.args[0], se.sin) and isinstance(node.args[1], se.Integer):
-        power = int(node.args[1])
+    if isinstance(node, se.Pow) and isinstance(operands(node)[0], se.sin) and isinstance(operands(node)[1], se.Integer):
+        power = int(operands(node)[1])
         if power > 1:
-            cosine = se.cos(node.args[0].args[0])
-            return node.args[0] ** (power % 2) * (1 - cosine**2) ** (power // 2)
+            cosine = se.cos(operands(operands(node)[0])[0])
+            return operands(node)[0] ** (power % 2) * (1 - cosine**2) ** (power // 2)
     return node

@@ -6,6 +6,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.rewrite import Names, factors, is_condition, rebuild, split_number
 
 #: Numbers and powers that have a word, by which a constant is named; what would become longer is numbered.
@@ -31,7 +32,7 @@ def hoist(
     hoisting = _Hoisting(set(parameters), names, known)
     kept: list[Assignment] = []
     for symbol, expression in kernel.temporaries:
-        if expression.free_symbols <= hoisting.constant | hoisting.renamed.keys():
+        if symbols_of(expression) <= hoisting.constant | hoisting.renamed.keys():
             hoisting.move(symbol, expression)
         else:
             kept.append((symbol, hoisting.stripped(expression)))
@@ -66,7 +67,7 @@ class _Hoisting:
         number, _ = split_number(expression)
         if number < 0:
             return -self.named(-expression)
-        if not expression.args:
+        if not operands(expression):
             return expression
         if expression not in self.known:
             self.assign(self.names.fresh(telling(expression) or "constant_"), expression)
@@ -74,21 +75,21 @@ class _Hoisting:
 
     def stripped(self, expression: Any) -> Any:
         """The expression with its parameter-only parts named."""
-        if found := expression.free_symbols & self.renamed.keys():
+        if found := symbols_of(expression) & self.renamed.keys():
             expression = expression.subs({symbol: self.renamed[symbol] for symbol in found})
-        if not expression.args or not expression.free_symbols:
+        if not operands(expression) or not symbols_of(expression):
             return expression
-        if expression.free_symbols <= self.constant and not is_condition(expression):
+        if symbols_of(expression) <= self.constant and not is_condition(expression):
             return self.named(expression)
         if isinstance(expression, se.Mul | se.Add):
-            parts = expression.args
-            fixed = [part for part in parts if part.free_symbols <= self.constant]
-            moving = [self.stripped(part) for part in parts if not part.free_symbols <= self.constant]
+            parts = operands(expression)
+            fixed = [part for part in parts if symbols_of(part) <= self.constant]
+            moving = [self.stripped(part) for part in parts if not symbols_of(part) <= self.constant]
             build = se.Mul if isinstance(expression, se.Mul) else se.Add
-            if any(part.free_symbols for part in fixed):
+            if any(symbols_of(part) for part in fixed):
                 return build(self.named(build(*fixed)), *moving)
             return build(*fixed, *moving)
-        return rebuild(expression, [self.stripped(part) for part in expression.args])
+        return rebuild(expression, [self.stripped(part) for part in operands(expression)])
 
 
 def telling(expression: Any) -> str | None:
@@ -102,7 +103,7 @@ def telling(expression: Any) -> str | None:
 
 def _sum_name(total: Any) -> str | None:
     """m_1_plus_m_2 or l_10_minus_l_9, for sums of two."""
-    signed = [split_number(term) for term in total.args]
+    signed = [split_number(term) for term in operands(total)]
     if len(signed) != 2 or not all(part.is_Symbol and abs(number) == 1 for number, part in signed):
         return None
     (first, left), (second, right) = sorted(((-number, str(part)) for number, part in signed))
@@ -113,7 +114,7 @@ def _product_name(product: Any) -> str | None:
     number, _ = split_number(product)
     words: dict[bool, list[str]] = {True: [], False: []}
     for factor in factors(product):
-        base, exponent = factor.args if isinstance(factor, se.Pow) else (factor, se.Integer(1))
+        base, exponent = operands(factor) if isinstance(factor, se.Pow) else (factor, se.Integer(1))
         if not base.is_Symbol or abs(exponent) not in _POWERS:
             return None
         words[bool(exponent > 0)].append(_POWERS[abs(exponent)].format(base))

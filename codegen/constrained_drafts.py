@@ -13,6 +13,7 @@ import symengine as se
 from qddot.codegen.drafts import Draft, Matrix, Write, balance, event_writes, matrix_writes, vector_writes
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.nodes import symbols_of
 from qddot.model.resting import MOST
 from qddot.model.system import ModelError
 
@@ -107,7 +108,7 @@ class ConstrainedDrafts:
 
     def _draft(self, writes: tuple[Write, ...]) -> Draft:
         """A draft that solves for what it reads of accelerations, multipliers and reactions, if it does."""
-        read = frozenset().union(*(expression.free_symbols for _, expression in writes))
+        read = frozenset().union(*(symbols_of(expression) for _, expression in writes))
         solves = read & self._equations.solution or any(slot.argument in COLUMNS for slot, _ in writes)
         return Draft(self._equations.moving_quantities, (*self._system, *writes) if solves else writes)
 

@@ -13,6 +13,7 @@ from qddot.codegen.convert import convert, symbol
 from qddot.codegen.elimination import Factors, factorize, solve
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.nodes import symbols_of
 from qddot.codegen.recurrences_squares import squares
 from qddot.codegen.rewrite import Names
 from qddot.model.contents import accelerations
@@ -87,7 +88,7 @@ class Drafts:
         temporaries = (*self.parameter_assignments, *steps, *input_steps)
         known = set(equations.parameters) | {symbol for symbol, _ in temporaries}
         values = (*entries.values(), *input_entries.values(), *rest, *(e for _, e in (*steps, *input_steps)))
-        return all(value.free_symbols <= known for value in values)
+        return all(symbols_of(value) <= known for value in values)
 
     @property
     def _switched(self) -> bool:

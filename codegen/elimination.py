@@ -11,6 +11,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.kernel import Assignment
+from qddot.codegen.nodes import operands
 
 #: Gives a fresh symbol for a wished name.
 Name = Callable[[str], Any]
@@ -56,7 +57,7 @@ def factorize(mass: Mapping[tuple[int, int], Any], n: int, name: Name) -> Factor
     for j in range(n):
         known = [i for i in range(j) if (j, i) in lower] if below else []
         pivot = se.Add(mass.get((j, j), se.Integer(0)), *(-lower[j, i] * scaled[j, i] for i in known))
-        inverse.append(assign(f"inverse_pivot_{j + 1}", 1 / pivot) if pivot.args else 1 / pivot)
+        inverse.append(assign(f"inverse_pivot_{j + 1}", 1 / pivot) if operands(pivot) else 1 / pivot)
         for k in sorted(below.get(j, ())):
             shared = [i for i in known if (k, i) in lower]
             entry = se.Add(mass.get((k, j), se.Integer(0)), *(-lower[j, i] * scaled[k, i] for i in shared))
@@ -109,7 +110,7 @@ def _assigner(name: Name, assignments: list[Assignment]) -> Callable[[str, Any],
     """What gives an expression a name by appending an assignment; a symbol or number stays as it is."""
 
     def assign(wish: str, expression: Any) -> Any:
-        if not expression.args:
+        if not operands(expression):
             return expression
         symbol = name(wish)
         assignments.append((symbol, expression))

@@ -7,6 +7,7 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.nodes import operands, remembered, symbols_of
 from qddot.codegen.rewrite import factors, is_number, split_number
 
 #: A product of powers: base -> exponent as pairs; a sum is such products with their coefficients.
@@ -20,7 +21,7 @@ _Pair = tuple[Product, Any, Any, Product]
 def polynomial(expression: Any) -> Polynomial:
     """An expanded expression as products with coefficients."""
     found: Polynomial = {}
-    for term in expression.args if isinstance(expression, se.Add) else (expression,):
+    for term in operands(expression) if isinstance(expression, se.Add) else (expression,):
         number, rest = split_number(term)
         if number != 0:
             product = frozenset(map(_base_and_exponent, factors(rest)))
@@ -29,8 +30,8 @@ def polynomial(expression: Any) -> Polynomial:
 
 
 def _base_and_exponent(factor: Any) -> tuple[Any, Any]:
-    if isinstance(factor, se.Pow) and is_number(factor.args[1]):
-        return factor.args
+    if isinstance(factor, se.Pow) and is_number(operands(factor)[1]):
+        return operands(factor)
     return factor, se.Integer(1)
 
 
@@ -64,12 +65,12 @@ def _square_partners(product: Product) -> Iterator[_Pair]:
     for wave in _in_order(product, 2):
         if isinstance(wave[0], se.sin):
             rest = product - {wave}
-            yield rest | {(se.cos(wave[0].args[0]), wave[1])}, 1, 1, rest
+            yield rest | {(se.cos(operands(wave[0])[0]), wave[1])}, 1, 1, rest
 
 
 def _sum_partners(product: Product) -> Iterator[_Pair]:
     for (first, one), (second, _) in combinations(_in_order(product, 1), 2):
-        x, y = first.args[0], second.args[0]
+        x, y = operands(first)[0], operands(second)[0]
         rest = product - {(first, one), (second, one)}
         swapped = rest | {(_other(first), one), (_other(second), one)}
         alike, sine_first = isinstance(first, se.sin) == isinstance(second, se.sin), isinstance(first, se.sin)
@@ -81,7 +82,7 @@ def _sum_partners(product: Product) -> Iterator[_Pair]:
 
 
 def _other(wave: Any) -> Any:
-    return se.cos(wave.args[0]) if isinstance(wave, se.sin) else se.sin(wave.args[0])
+    return se.cos(operands(wave)[0]) if isinstance(wave, se.sin) else se.sin(operands(wave)[0])
 
 
 def _in_order(product: Product, exponent: int) -> list[tuple[Any, Any]]:
@@ -105,7 +106,7 @@ def gathered(terms: Polynomial, fixed: Set[Any]) -> Iterator[Any]:
     """Yield the sum with terms that move alike in one, m_1 g x + m_2 g x = g (m_1 + m_2) x; nothing where none do."""
     groups: dict[Product, Polynomial] = {}
     for product, number in terms.items():
-        front = frozenset(part for part in product if part[0].free_symbols and part[0].free_symbols <= fixed)
+        front = frozenset(part for part in product if symbols_of(part[0]) and symbols_of(part[0]) <= fixed)
         groups.setdefault(product - front, {})[front] = number
     if len(groups) == len(terms):
         return
@@ -117,16 +118,21 @@ def gathered(terms: Polynomial, fixed: Set[Any]) -> Iterator[Any]:
     yield se.Add(*parts)
 
 
+@remembered
 def spread(expression: Any) -> int:
     """How many terms an expression opens to, at most."""
     if isinstance(expression, se.Add):
-        return sum(map(spread, expression.args))
+        return sum(map(spread, operands(expression)))
     if isinstance(expression, se.Mul):
         count = 1
-        for part in expression.args:
+        for part in operands(expression):
             count *= spread(part)
         return count
-    if isinstance(expression, se.Pow) and isinstance(expression.args[1], se.Integer) and expression.args[1] > 0:
-        base, exponent = spread(expression.args[0]), int(expression.args[1])
+    if (
+        isinstance(expression, se.Pow)
+        and isinstance(operands(expression)[1], se.Integer)
+        and operands(expression)[1] > 0
+    ):
+        base, exponent = spread(operands(expression)[0]), int(operands(expression)[1])
         return comb(base + exponent - 1, exponent)
     return 1

@@ -8,6 +8,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.convert import function_name
+from qddot.codegen.nodes import symbols_of
 from qddot.codegen.rewrite import operations
 
 Assignment = tuple[Any, Any]
@@ -45,11 +46,11 @@ class Kernel:
         for symbol, expression in self.temporaries:
             if symbol in known:
                 raise KernelError(f"{symbol} is assigned twice")
-            if missing := expression.free_symbols - known:
+            if missing := symbols_of(expression) - known:
                 raise KernelError(f"{symbol} = {expression} uses {missing} before assignment")
             known.add(symbol)
         for slot, expression in self.writes:
-            if missing := expression.free_symbols - known:
+            if missing := symbols_of(expression) - known:
                 raise KernelError(f"{slot} = {expression} uses {missing}, which nothing assigns")
 
     @cached_property
@@ -60,7 +61,7 @@ class Kernel:
     @cached_property
     def used(self) -> frozenset[Any]:
         """All symbols that occur in a right-hand side, temporaries among them."""
-        return frozenset().union(*(expression.free_symbols for expression in self.expressions))
+        return frozenset().union(*(symbols_of(expression) for expression in self.expressions))
 
     @cached_property
     def calls(self) -> frozenset[str]:
@@ -98,7 +99,7 @@ class Kernel:
 
 def number(expression: Any, values: Mapping[Any, float]) -> float:
     """The value of an expression, by SymEngine's own arithmetic."""
-    if missing := expression.free_symbols - values.keys():
+    if missing := symbols_of(expression) - values.keys():
         raise KernelError(f"no value for {missing}")
-    value = expression.subs({symbol: se.RealDouble(values[symbol]) for symbol in expression.free_symbols})
+    value = expression.subs({symbol: se.RealDouble(values[symbol]) for symbol in symbols_of(expression)})
     return float(value.n(53, real=True))

@@ -17,6 +17,7 @@ from qddot.codegen.convert import convert, symbol
 from qddot.codegen.elimination import steps
 from qddot.codegen.modes import Modes
 from qddot.codegen.motion import Motion
+from qddot.codegen.nodes import forget
 from qddot.codegen.rewrite import Names
 from qddot.codegen.switches import Switches
 from qddot.model.contents import accelerations, as_prescribed, declared
@@ -171,6 +172,7 @@ def derive(system: System) -> Equations:
     Raises ModelError where a function has no compiled form, or T or Pi depends on the rate of an input that is no
     prescribed motion, whose second derivative the equations need.
     """
+    forget()
     q = tuple(symbol(coordinate.symbol) for coordinate in system.coordinates)
     v = tuple(symbol(coordinate.rate) for coordinate in system.coordinates)
     degrees = {table.name: table.pieces.degree for table in system.tables}

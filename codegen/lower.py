@@ -17,6 +17,7 @@ from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.drafts import Draft, Drafts, approach, switching, switching_functions, vector_writes
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.nodes import forget
 from qddot.codegen.ranges import kind
 from qddot.codegen.rewrite import Names
 from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
@@ -117,6 +118,7 @@ class _Lowering:
     """
 
     def __init__(self, equations: Equations) -> None:
+        forget()
         base = (*equations.parameters, *equations.state, *equations.channels, equations.time)
         self.author = frozenset(map(convert_symbol, equations.system.definitions))
         tables = (name for table in equations.system.tables for name in table.names)

@@ -12,6 +12,7 @@ import symengine as se
 
 from qddot.codegen.calculus import Definitions
 from qddot.codegen.convert import held, is_held, looked_up
+from qddot.codegen.nodes import holds, operands
 from qddot.codegen.rewrite import Names, inequalities, replaced, rewrite
 from qddot.model.table import knots_of
 
@@ -40,11 +41,11 @@ class Modes:
 
     def __call__(self, expression: Any) -> Any:
         """The same expression, its conditions in the state and its tables of the state with their modes."""
-        if expression.atoms(se.Piecewise):
-            nodes = (node for node in inequalities(expression) if self._moves(node.args[1] - node.args[0]))
+        if holds(expression, se.Piecewise):
+            nodes = (node for node in inequalities(expression) if self._moves(operands(node)[1] - operands(node)[0]))
             found = {node: self._with_mode(node) for node in nodes}
             expression = replaced(expression, found) if found else expression
-        return rewrite(expression, self._held, {}) if expression.atoms(se.FunctionSymbol) else expression
+        return rewrite(expression, self._held, {}) if holds(expression, se.FunctionSymbol) else expression
 
     def _moves(self, expression: Any) -> bool:
         return not self._definitions.base_symbols(expression) <= self._fixed
@@ -54,10 +55,12 @@ class Modes:
         if not isinstance(node, se.FunctionSymbol) or is_held(node):
             return node
         table, _ = looked_up(node)
-        located = [jumps and self._moves(x) for jumps, x in zip(self._knots.get(table, ()), node.args, strict=False)]
+        located = [
+            jumps and self._moves(x) for jumps, x in zip(self._knots.get(table, ()), operands(node), strict=False)
+        ]
         if not any(located):
             return node
-        pairs = enumerate(zip(located, node.args, strict=True))
+        pairs = enumerate(zip(located, operands(node), strict=True))
         return held(node, [self._of_knots(table, k, len(located), x) if jumps else _FREE for k, (jumps, x) in pairs])
 
     def _of_knots(self, table: str, argument: int, count: int, at: Any) -> Any:
@@ -69,7 +72,7 @@ class Modes:
 
     def _with_mode(self, node: Any) -> Any:
         """The condition below < above as above - below + mode > 0; its contrary has the same mode."""
-        below, above = map(self, node.args)
+        below, above = map(self, operands(node))
         function, contrary = se.expand(above - below), se.expand(below - above)
         compare = se.Lt if type(node).__name__ == _STRICT else se.Le
         if contrary in self._known:

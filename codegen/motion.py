@@ -9,6 +9,7 @@ import symengine as se
 from qddot.codegen.calculus import Definitions, Vector, by, dot
 from qddot.codegen.convert import symbol
 from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.nodes import symbols_of
 from qddot.codegen.rules import tidy
 from qddot.codegen.zeros import without_zeros
 from qddot.model.system import System
@@ -32,7 +33,7 @@ class Motion:
 
     def _without_zeros(self, entries: Mapping[tuple[int, int], Any]) -> dict[tuple[int, int], Any]:
         quantities = tuple(self.definitions.expressions.items())
-        used = frozenset().union(*(e.free_symbols for e in (*self.definitions.expressions.values(), *entries.values())))
+        used = frozenset().union(*(symbols_of(e) for e in (*self.definitions.expressions.values(), *entries.values())))
         writes = tuple((Slot("mass", pair), entry) for pair, entry in entries.items())
         kernel = without_zeros(Kernel(used - self.definitions.expressions.keys(), quantities, writes))
         return {pair: entry for pair, (_, entry) in zip(entries, kernel.writes, strict=True)}

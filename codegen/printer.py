@@ -7,6 +7,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.convert import MATH_NAMES, function_name
+from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.rewrite import is_number, leading_number, split_number
 from qddot.model.system import ModelError
 
@@ -59,7 +60,7 @@ class Printer:
         if isinstance(expression, se.Mul):
             return self._product(expression)
         if isinstance(expression, se.Pow):
-            return self._power(*expression.args)
+            return self._power(*operands(expression))
         return self._function(expression)
 
     def _number(self, number: Any) -> tuple[str, int]:
@@ -67,7 +68,7 @@ class Printer:
         return text, _SUM if text.startswith("-") else _ATOM
 
     def _sum(self, expression: Any) -> str:
-        signed = [(float(leading_number(term)) < 0, self._key(term), term) for term in expression.args]
+        signed = [(float(leading_number(term)) < 0, self._key(term), term) for term in operands(expression)]
         signed.sort(key=lambda item: item[:2])
         if len(signed) <= _LONGEST_SUM:
             return self._signed(signed)
@@ -86,7 +87,7 @@ class Printer:
         number, rest = split_number(expression)
         if float(number) < 0:
             return f"-{self._within(-expression, _PRODUCT)}", _SUM
-        parts = rest.args if isinstance(rest, se.Mul) else (rest,)
+        parts = operands(rest) if isinstance(rest, se.Mul) else (rest,)
         below = [part for part in parts if _is_division(part)]
         above = sorted((part for part in parts if not _is_division(part)), key=self._factor_key)
         texts = [self._within(part, _PRODUCT) for part in above]
@@ -94,7 +95,7 @@ class Printer:
             texts.insert(0, self._print(number)[0])
         text = " * ".join(texts)
         for part in sorted(below, key=self._factor_key):
-            text += f" / {self._within(part.args[0] ** -part.args[1], _ATOM)}"
+            text += f" / {self._within(operands(part)[0] ** -operands(part)[1], _ATOM)}"
         return text, _PRODUCT
 
     def _power(self, base: Any, exponent: Any) -> tuple[str, int]:
@@ -125,9 +126,9 @@ class Printer:
         if kind in _CONSTANTS:
             return _CONSTANTS[kind], _ATOM
         if kind == "Piecewise":
-            return self._piecewise(expression.args), _ATOM
-        texts = [self._print(part)[0] for part in expression.args]
-        if kind in _MIRRORED and is_number(expression.args[0]):
+            return self._piecewise(operands(expression)), _ATOM
+        texts = [self._print(part)[0] for part in operands(expression)]
+        if kind in _MIRRORED and is_number(operands(expression)[0]):
             kind, texts = _MIRRORED[kind], texts[::-1]
         if isinstance(expression, se.FunctionSymbol):
             return f"{function_name(expression)}({', '.join(texts)})", _ATOM
@@ -152,13 +153,13 @@ class Printer:
 
     def _key(self, expression: Any) -> tuple[list[int], str]:
         """Where a term stands in a sum: by the ranks of its symbols, then by its text."""
-        return sorted(self._rank.get(symbol, -1) for symbol in expression.free_symbols), self._print(expression)[0]
+        return sorted(self._rank.get(symbol, -1) for symbol in symbols_of(expression)), self._print(expression)[0]
 
     def _factor_key(self, expression: Any) -> tuple[bool, int, str]:
         """Where a factor stands in a product: constants first, sums last."""
         found = self._keys.get(expression)
         if found is None:
-            ranks = [self._rank.get(symbol, -1) for symbol in expression.free_symbols]
+            ranks = [self._rank.get(symbol, -1) for symbol in symbols_of(expression)]
             text = self._print(expression)[0]
             found = self._keys[expression] = isinstance(expression, se.Add), -max(ranks, default=len(self._rank)), text
         return found
@@ -182,4 +183,9 @@ def _brief(number: Any) -> str:
 
 
 def _is_division(part: Any) -> bool:
-    return isinstance(part, se.Pow) and is_number(part.args[1]) and float(part.args[1]) < 0 and part.args[0] != se.E
+    return (
+        isinstance(part, se.Pow)
+        and is_number(operands(part)[1])
+        and float(operands(part)[1]) < 0
+        and operands(part)[0] != se.E
+    )

@@ -24,6 +24,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.convert import looked_up
+from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.printer import Printer, double
 from qddot.codegen.rewrite import Names, is_number
 
@@ -93,17 +94,17 @@ class Recurrences:
         """An expression as a linear form in nodes; a node made for the whole of it may have the name."""
         if expression in self._forms:
             return self._forms[expression]
-        if is_number(expression) or not expression.free_symbols:
+        if is_number(expression) or not symbols_of(expression):
             form: Form = added([{(ONE, ()): double(expression)}])
         elif expression.is_Symbol:
             constant = expression in self._constants
             form = {(ONE, (str(expression),)) if constant else (str(expression), ()): 1.0}
         elif isinstance(expression, se.Add):
-            form = added(self.form(term) for term in sorted(expression.args, key=self._text))
+            form = added(self.form(term) for term in sorted(operands(expression), key=self._text))
         elif isinstance(expression, se.Mul):
-            form = self._product(sorted(expression.args, key=self._text), name)
+            form = self._product(sorted(operands(expression), key=self._text), name)
         elif isinstance(expression, se.Pow):
-            form = self._power(expression.args[0], expression.args[1], name)
+            form = self._power(operands(expression)[0], operands(expression)[1], name)
         else:
             form = alone(self._function(expression, name))
         self._forms[expression] = form
@@ -131,7 +132,9 @@ class Recurrences:
         above: list[Form] = []
         below: list[Form] = []
         for part in parts:
-            is_division = isinstance(part, se.Pow) and isinstance(part.args[1], se.Integer) and int(part.args[1]) < 0
+            is_division = (
+                isinstance(part, se.Pow) and isinstance(operands(part)[1], se.Integer) and int(operands(part)[1]) < 0
+            )
             (below if is_division else above).append(self.form(1 / part if is_division else part))
         form = alone(ONE)
         for each in sorted(above, key=len):
@@ -180,16 +183,16 @@ class Recurrences:
         if isinstance(expression, se.FunctionSymbol):
             raise NoRecurrenceError(f"the table {looked_up(expression)[0]}")
         if kind == "Piecewise":
-            return self._piecewise(expression.args, name)
+            return self._piecewise(operands(expression), name)
         if kind == "atan2":
-            return self._angle(expression.args[0], expression.args[1], name)
+            return self._angle(operands(expression)[0], operands(expression)[1], name)
         if kind not in _SLOPES and kind not in _PAIRS:
             raise NoRecurrenceError(kind)
-        x = self.node(expression.args[0])
+        x = self.node(operands(expression)[0])
         if (kind, x) in self._known:
             return self._known[kind, x]
         if kind in _PAIRS:
-            return self._pair(kind, x, expression.args[0], name)
+            return self._pair(kind, x, operands(expression)[0], name)
         found = name if name and name not in self.rows else self.fresh(f"{kind}_{x}")
         self._known[kind, x] = found
         self.rows[found] = (kind, x)  # its place is before what its slope is made of
@@ -268,7 +271,7 @@ class Recurrences:
         kind = type(condition).__name__
         one = alone(ONE)
         if kind in ("StrictLessThan", "LessThan"):
-            below, above = condition.args
+            below, above = operands(condition)
             return alone(self.row("side", self.node(below - above), wish="side_"))
         if kind == "BooleanTrue":
             return one
@@ -276,7 +279,7 @@ class Recurrences:
             return {}
         if kind not in ("And", "Or", "Not"):
             raise NoRecurrenceError({"Equality": "==", "Unequality": "!="}.get(kind, kind))
-        found = [self._condition(part) for part in sorted(condition.args, key=self._text)]
+        found = [self._condition(part) for part in sorted(operands(condition), key=self._text)]
         if kind in ("Or", "Not"):
             found = [added([one, scaled(part, -1.0, ())]) for part in found]
         form = one

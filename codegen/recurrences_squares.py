@@ -12,6 +12,7 @@ import symengine as se
 
 from qddot.codegen.calculus import dot
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.printer import Printer
 from qddot.codegen.rewrite import is_number
 
@@ -45,7 +46,7 @@ def _expanded(equations: Equations, expression: Any) -> Any:
     """An expression with the quantities that move written out."""
     definitions = equations.definitions.expressions
     for symbol, value in reversed(definitions.items()):
-        if symbol in expression.free_symbols and not equations.parameter_only(symbol):
+        if symbol in symbols_of(expression) and not equations.parameter_only(symbol):
             expression = expression.subs({symbol: value})
     return expression
 
@@ -53,29 +54,29 @@ def _expanded(equations: Equations, expression: Any) -> Any:
 def _terms(equations: Equations, expression: Any, factor: Any) -> Iterator[tuple[Any, Any]]:
     """(factor, w) of the terms factor * w^2."""
     if isinstance(expression, se.Add):
-        for term in sorted(expression.args, key=Printer({})):
+        for term in sorted(operands(expression), key=Printer({})):
             yield from _terms(equations, term, factor)
         return
-    parts = expression.args if isinstance(expression, se.Mul) else (expression,)
+    parts = operands(expression) if isinstance(expression, se.Mul) else (expression,)
     fixed = [part for part in parts if equations.parameter_only(part)]
     moving = [part for part in parts if not equations.parameter_only(part)]
     factor = factor * se.Mul(*fixed)
     if len(moving) == 1 and isinstance(moving[0], se.Add):
         yield from _terms(equations, moving[0], factor)
-    elif moving and all(isinstance(part, se.Pow) and part.args[1] == 2 for part in moving):
-        yield factor, se.Mul(*(part.args[0] for part in moving))
+    elif moving and all(isinstance(part, se.Pow) and operands(part)[1] == 2 for part in moving):
+        yield factor, se.Mul(*(operands(part)[0] for part in moving))
     else:
         raise _OtherFormError
 
 
 def _parts(equations: Equations, speed: Any, q: set[Any]) -> Iterator[tuple[Place, Any]]:
     """((i, g), number) of the terms number * g * v_i of a speed."""
-    held = speed.free_symbols
+    held = symbols_of(speed)
     slopes = [se.expand(speed.diff(rate)) if rate in held else se.Integer(0) for rate in equations.velocities]
     _check_rate(equations, slopes)
     rest = speed - dot(slopes, equations.velocities)
     for i, slope in enumerate(slopes):
-        for term in sorted(slope.args if isinstance(slope, se.Add) else (slope,), key=Printer({})):
+        for term in sorted(operands(slope) if isinstance(slope, se.Add) else (slope,), key=Printer({})):
             if term != 0:
                 number, g = _split(equations, term)
                 if g != 1 and not _is_turning(equations, g, q):
@@ -89,14 +90,14 @@ def _check_rate(equations: Equations, slopes: list[Any]) -> None:
     """That a speed is the rate of a position: dJ_i/dq_j = dJ_j/dq_i; a quasi-velocity's equations have more terms."""
     place = {q: i for i, q in enumerate(equations.coordinates)}
     for i, slope in enumerate(slopes):
-        for q in slope.free_symbols & place.keys():
+        for q in symbols_of(slope) & place.keys():
             other = slopes[place[q]].diff(equations.coordinates[i])
             if place[q] != i and se.expand(slope.diff(q) - other) != 0:
                 raise _OtherFormError
 
 
 def _split(equations: Equations, term: Any) -> tuple[Any, Any]:
-    parts = term.args if isinstance(term, se.Mul) else (term,)
+    parts = operands(term) if isinstance(term, se.Mul) else (term,)
     fixed = [part for part in parts if is_number(part) or equations.parameter_only(part)]
     return se.Mul(*fixed), se.Mul(*(part for part in parts if part not in fixed))
 
@@ -105,7 +106,7 @@ def _is_turning(equations: Equations, g: Any, q: set[Any]) -> bool:
     """Whether g is the sine or cosine of something linear in the coordinates."""
     if not isinstance(g, se.sin | se.cos):
         return False
-    argument = g.args[0]
-    slopes = [argument.diff(each) for each in argument.free_symbols & q]
+    argument = operands(g)[0]
+    slopes = [argument.diff(each) for each in symbols_of(argument) & q]
     found = equations.definitions.base_symbols(argument) - set(equations.parameters)
     return found <= q and all(equations.parameter_only(slope) for slope in slopes)

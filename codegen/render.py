@@ -15,6 +15,7 @@ from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.lookup import lookups
 from qddot.codegen.lower import Program
+from qddot.codegen.nodes import symbols_of
 from qddot.codegen.printer import Printer
 from qddot.codegen.ranges import compressed, kind
 from qddot.codegen.recurrences_motion import recurrences
@@ -149,7 +150,7 @@ def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> I
     solved = solution_slots(name, equations)
     reached, before, after = set(solved), list[str](), list[str]()
     for symbol, expression in kernel.temporaries:
-        later = bool(expression.free_symbols & reached)
+        later = bool(symbols_of(expression) & reached)
         reached |= {symbol} if later else set()
         (after if later else before).append(f"{symbol} = {printer(expression)}")
     filled = [(slot, e) for slot, e in kernel.writes if slot.argument in SYSTEM and e != 0]

@@ -8,6 +8,8 @@ from typing import Any
 import symengine as se
 from symengine.lib.symengine_wrapper import Boolean
 
+from qddot.codegen.nodes import operands, remembered
+
 Change = Callable[[Any], Any]
 
 #: What builds a condition again; SymEngine's own conditions do not say.
@@ -21,10 +23,10 @@ _INEQUALITIES = ("StrictLessThan", "LessThan")
 
 def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
     """Rebuild an expression from the leaves up, `change` applied to each node once; memo is shared among calls."""
-    if not expression.args:
+    if not operands(expression):
         return expression
     if expression not in memo:
-        before = expression.args
+        before = operands(expression)
         after = [rewrite(part, change, memo) for part in before]
         same = all(old is new or old == new for old, new in zip(before, after, strict=True))
         memo[expression] = change(expression if same else rebuild(expression, after))
@@ -44,7 +46,7 @@ def replaced(expression: Any, found: Mapping[Any, Any], memo: dict[Any, Any] | N
 
     memo: what became of nodes, shared among calls with the same `found`.
     """
-    before = expression.args
+    before = operands(expression)
     if expression in found:
         return replaced(found[expression], found, memo)
     if not before:
@@ -62,7 +64,7 @@ def inequalities(expression: Any) -> Iterator[Any]:
     if type(expression).__name__ in _INEQUALITIES:
         yield expression
     else:
-        for part in expression.args:
+        for part in operands(expression):
             yield from inequalities(part)
 
 
@@ -76,39 +78,43 @@ def is_condition(expression: Any) -> bool:
     return isinstance(expression, Boolean)
 
 
+@remembered
 def is_signed_symbol(expression: Any) -> bool:
     """Whether it is a symbol or number, or the opposite of one, which costs nothing to write out."""
-    parts = expression.args
+    parts = operands(expression)
     return not parts or (isinstance(expression, se.Mul) and len(parts) == 2 and parts[0] == -1 and parts[1].is_Symbol)
 
 
 def opposite(total: Any) -> Any:
     """A sum with all signs changed."""
-    return se.Add(*(-part for part in total.args))
+    return se.Add(*(-part for part in operands(total)))
 
 
+@remembered
 def is_square(expression: Any) -> bool:
     """Whether it is an integer power that is written as a product, its base standing there more than once."""
-    power = expression.args[1] if isinstance(expression, se.Pow) else None
+    power = operands(expression)[1] if isinstance(expression, se.Pow) else None
     return isinstance(power, se.Integer) and abs(int(power)) > 1
 
 
+@remembered
 def split_number(term: Any) -> tuple[Any, Any]:
     """A term as (number, rest): -2*x*y -> (-2, x*y)."""
     if is_number(term):
         return term, se.Integer(1)
     if isinstance(term, se.Mul):
-        number, *others = term.args
+        number, *others = operands(term)
         if is_number(number):
             return number, se.Mul(*others)
     return se.Integer(1), term
 
 
+@remembered
 def leading_number(term: Any) -> Any:
     """The number in front of a term: -2 of -2*x*y."""
     if is_number(term):
         return term
-    first = term.args[0] if isinstance(term, se.Mul) else None
+    first = operands(term)[0] if isinstance(term, se.Mul) else None
     return first if first is not None and is_number(first) else se.Integer(1)
 
 
@@ -125,10 +131,11 @@ def content(numbers: Sequence[Any]) -> Any:
     return se.Rational(-divisor if all(number < 0 for number in numbers) else divisor, denominator)
 
 
+@remembered
 def factors(term: Any) -> tuple[Any, ...]:
     """The factors of a term that are no numbers."""
     if isinstance(term, se.Mul):
-        return tuple(part for part in term.args if not is_number(part))
+        return tuple(part for part in operands(term) if not is_number(part))
     return () if is_number(term) else (term,)
 
 
@@ -136,12 +143,13 @@ def without(term: Any, factor: Any) -> Any:
     """A term without one of its factors; dividing would leave x**(y - 1 - (y - 1)), which SymEngine keeps."""
     if term == factor:
         return se.Integer(1)
-    return se.Mul(*(part for part in term.args if part != factor))
+    return se.Mul(*(part for part in operands(term) if part != factor))
 
 
+@remembered
 def operations(expression: Any) -> int:
     """Additions, multiplications, divisions, powers and function calls, all counted as one; a sign is free."""
-    arguments = expression.args
+    arguments = operands(expression)
     if not arguments:
         return 0
     inside = sum(map(operations, arguments))

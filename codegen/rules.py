@@ -2,13 +2,13 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from itertools import chain
 from typing import Any
 
 import symengine as se
 
 from qddot.codegen.identities import polynomial, total, without_squares
 from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.nodes import operands, remembered, symbols_of
 from qddot.codegen.rewrite import (
     content,
     factors,
@@ -30,12 +30,12 @@ _SHORT = 6
 
 def prune(kernel: Kernel) -> Kernel:
     """Drop the temporaries that nothing needs."""
-    needed = set().union(*(expression.free_symbols for _, expression in kernel.writes))
+    needed = set().union(*(symbols_of(expression) for _, expression in kernel.writes))
     kept: list[Assignment] = []
     for symbol, expression in reversed(kernel.temporaries):
         if symbol in needed:
             kept.append((symbol, expression))
-            needed |= expression.free_symbols
+            needed |= symbols_of(expression)
     return kernel.replace(reversed(kept), kernel.writes)
 
 
@@ -51,7 +51,7 @@ def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozense
     kept: list[Assignment] = []
 
     def settle(expression: Any) -> Any:
-        found = expression.free_symbols & values.keys()
+        found = symbols_of(expression) & values.keys()
         return expression.subs({symbol: values[symbol] for symbol in found}) if found else expression
 
     for symbol, expression in kernel.temporaries:
@@ -87,16 +87,16 @@ def flatten(node: Any) -> Any:
     if not isinstance(node, se.Add):
         return node
     terms: list[Any] = []
-    for term in node.args:
-        inside: tuple[Any, ...] = term.args if isinstance(term, se.Mul) else ()
+    for term in operands(node):
+        inside: tuple[Any, ...] = operands(term) if isinstance(term, se.Mul) else ()
         opens = len(inside) == 2 and is_number(inside[0]) and isinstance(inside[1], se.Add)
-        terms += [inside[0] * inner for inner in inside[1].args] if opens else [term]
-    return se.Add(*terms) if len(terms) > len(node.args) else node
+        terms += [inside[0] * inner for inner in operands(inside[1])] if opens else [term]
+    return se.Add(*terms) if len(terms) > len(operands(node)) else node
 
 
 def pythagoras(node: Any) -> Any:
     """Replace a*sin(x)**2 + a*cos(x)**2 by a."""
-    if not isinstance(node, se.Add) or not any(map(_is_squared_sine, chain.from_iterable(map(factors, node.args)))):
+    if not isinstance(node, se.Add) or not any(map(_holds_squared_sine, operands(node))):
         return node
     return total(without_squares(polynomial(node)))
 
@@ -106,15 +106,17 @@ def tidy(expression: Any) -> Any:
     return rewrite(expression, lambda node: pythagoras(flatten(node)), {})
 
 
-def _is_squared_sine(part: Any) -> bool:
-    return isinstance(part, se.Pow) and part.args[1] == 2 and isinstance(part.args[0], se.sin)
+@remembered
+def _holds_squared_sine(term: Any) -> bool:
+    squares = (part for part in factors(term) if isinstance(part, se.Pow) and operands(part)[1] == 2)
+    return any(isinstance(operands(part)[0], se.sin) for part in squares)
 
 
 def collect(node: Any) -> Any:
     """Take the factor that most terms of a sum share out of them: a*x + a*y + b -> a*(x + y) + b."""
     if not isinstance(node, se.Add):
         return node
-    found = [(term, factors(term)) for term in node.args]
+    found = [(term, factors(term)) for term in operands(node)]
     counts = Counter(factor for _, parts in found for factor in parts)
     most = max(counts.values(), default=0)
     if most < 2:
@@ -129,7 +131,7 @@ def front(node: Any) -> Any:
     """Take a common number out of a sum where that leaves fewer of them: 4*a - 2*b - 2*c -> 2*(2*a - b - c)."""
     if not isinstance(node, se.Add):
         return node
-    numbers = [leading_number(term) for term in node.args]
+    numbers = [leading_number(term) for term in operands(node)]
     if any(number == 1 for number in numbers) and all(map(_is_whole, numbers)):
         return node
     common = content(numbers)
@@ -137,7 +139,7 @@ def front(node: Any) -> Any:
     saved = _multiplications(numbers) - _multiplications(inside) - 1
     if common == 1 or (common != -1 and saved < (0 if _is_whole(common) else 1)):
         return node
-    return common * se.Add(*(term / common for term in node.args))
+    return common * se.Add(*(term / common for term in operands(node)))
 
 
 def _is_whole(number: Any) -> bool:
@@ -155,9 +157,9 @@ def folded(known: Mapping[Any, Any]) -> Change:
     def change(node: Any) -> Any:
         number = leading_number(node) if isinstance(node, se.Mul) else se.Integer(1)
         for sign in (1, -1) if number in numbers or -number in numbers else ():
-            for part in node.args[1:]:
+            for part in operands(node)[1:]:
                 if symbol := known.get(sign * number * part):
-                    return se.Mul(sign * symbol, *(other for other in node.args[1:] if other != part))
+                    return se.Mul(sign * symbol, *(other for other in operands(node)[1:] if other != part))
         return node
 
     return change
@@ -169,7 +171,7 @@ def _uses(expressions: Sequence[Any]) -> Counter[Any]:
 
     def meet(node: Any) -> None:
         if node not in met:
-            parts = node.args[:1] if is_square(node) else node.args
+            parts = operands(node)[:1] if is_square(node) else operands(node)
             for part in parts:
                 meet(part)
             met[node] = parts

@@ -9,6 +9,7 @@ import symengine as se
 
 from qddot.codegen.convert import function_name
 from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.nodes import operands
 from qddot.codegen.rewrite import (
     Names,
     is_condition,
@@ -31,7 +32,7 @@ def share(kernel: Kernel, names: Names, known: Mapping[Any, Any] | None = None) 
     known: expression -> the symbol that has its value and is read where the expression is a part of a sum or product.
     """
     sharing = _Sharing(names)
-    for expression, symbol in sorted((known or {}).items(), key=lambda item: -len(item[0].args)):
+    for expression, symbol in sorted((known or {}).items(), key=lambda item: -len(operands(item[0]))):
         sharing.give(expression, symbol)
     for expression in kernel.expressions:
         sharing.survey(expression)
@@ -73,12 +74,12 @@ class _Sharing:
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
         _, node = self.split(expression)
-        if not node.args or node in self.parts:
+        if not operands(node) or node in self.parts:
             return
         if isinstance(node, se.Add):
-            self.parts[node] = {rest: number for number, rest in map(self.split, node.args)}
+            self.parts[node] = {rest: number for number, rest in map(self.split, operands(node))}
         elif isinstance(node, se.Mul):
-            self.parts[node] = dict.fromkeys(node.args, se.Integer(1))
+            self.parts[node] = dict.fromkeys(operands(node), se.Integer(1))
         else:
             self.parts[node] = {}
         for child in self.children(node):
@@ -99,9 +100,9 @@ class _Sharing:
         elif self.parts.get(node):
             yield from self.parts[node]
         else:
-            yield from (self.split(part)[1] for part in node.args)
+            yield from (self.split(part)[1] for part in operands(node))
             if is_square(node):
-                yield node.args[0]
+                yield operands(node)[0]
 
     def match(self, kind: type) -> None:
         """Name what two or more sums (or products) have in common; sums may have it with opposite signs."""
@@ -164,7 +165,7 @@ class _Sharing:
         while stack:
             node = stack.pop()
             self.uses[node] += 1
-            if node not in seen and (node.args or node in self.common):
+            if node not in seen and (operands(node) or node in self.common):
                 seen.add(node)
                 stack.extend(self.children(node))
 
@@ -173,7 +174,7 @@ class _Sharing:
         number, node = self.split(expression)
         if node in self.symbols:
             return number * self.symbols[node]
-        if not node.args and node not in self.common:
+        if not operands(node) and node not in self.common:
             return expression
         value = self._build(node, out)
         if value in self.values:
@@ -182,7 +183,7 @@ class _Sharing:
             self._name(node, value, wish)  # the temporary that is being assigned serves as the name
             return value
         sign = 1
-        if isinstance(value, se.Add) and all(leading_number(term) < 0 for term in value.args):
+        if isinstance(value, se.Add) and all(leading_number(term) < 0 for term in operands(value)):
             sign, value = -1, opposite(value)
         if self.uses[node] > 1 and not is_signed_symbol(value) and not is_condition(value):
             symbol = self.names.fresh(_wish(value))
@@ -201,21 +202,21 @@ class _Sharing:
         if parts:
             terms = [number * self.emit(part, out) for part, number in parts.items()]
             return se.Mul(*terms) if issubclass(kind, se.Mul) else se.Add(*terms)
-        return rebuild(node, [part if is_number(part) else self.emit(part, out) for part in node.args])
+        return rebuild(node, [part if is_number(part) else self.emit(part, out) for part in operands(node)])
 
 
 def _wish(value: Any) -> str:
     """A telling name for a temporary where there is one: sin_theta, qdot_squared, inverse_m."""
-    inner = value.args[0] if value.args else None
+    inner = operands(value)[0] if operands(value) else None
     if inner is not None and inner.is_Symbol:
         if isinstance(value, se.Pow):
-            power = {2: "squared", 3: "cubed"}.get(value.args[1])
+            power = {2: "squared", 3: "cubed"}.get(operands(value)[1])
             if power:
                 return f"{inner}_{power}"
-            if value.args[1] == -1:
+            if operands(value)[1] == -1:
                 return f"inverse_{inner}"
         elif isinstance(value, se.FunctionSymbol):
             return f"{function_name(value)}_{inner}"
-        elif len(value.args) == 1:
+        elif len(operands(value)) == 1:
             return f"{type(value).__name__}_{inner}"
     return "tmp_"

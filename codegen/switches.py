@@ -10,6 +10,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.calculus import Definitions
+from qddot.codegen.nodes import holds, operands, symbols_of
 from qddot.codegen.rewrite import Names, inequalities, replaced
 
 _HALF = se.Rational(1, 2)
@@ -33,7 +34,7 @@ class Switches:
 
     def __call__(self, expression: Any) -> Any:
         """The same expression with its conditions in time by their sides."""
-        if not expression.atoms(se.Piecewise):
+        if not holds(expression, se.Piecewise):
             return expression
         found = {node: self._by_side(node) for node in inequalities(expression) if self._is_timed(node)}
         return replaced(expression, found) if found else expression
@@ -49,7 +50,8 @@ class Switches:
             if self._time not in self.definitions.base_symbols(slope):
                 yield function, slope, STRAIGHT
                 continue
-            waves = {wave.args[0] for each in self._within(function) for wave in each.atoms(se.sin, se.cos, se.tan)}
+            found = (wave for each in self._within(function) for wave in each.atoms(se.sin, se.cos, se.tan))
+            waves = {operands(wave)[0] for wave in found}
             frequencies = [self._slope(angle) for angle in sorted(waves, key=str)]
             turns = se.Add(*(each**2 for each in frequencies))
             yield function, slope, turns if turns != 0 else CURVED
@@ -60,17 +62,17 @@ class Switches:
     def _within(self, expression: Any) -> Iterator[Any]:
         """An expression and what defines the quantities in it."""
         yield expression
-        for symbol in sorted(expression.free_symbols & self.definitions.expressions.keys(), key=str):
+        for symbol in sorted(symbols_of(expression) & self.definitions.expressions.keys(), key=str):
             yield from self._within(self.definitions.expressions[symbol])
 
     def _is_timed(self, node: Any) -> bool:
-        below, above = node.args
+        below, above = operands(node)
         found = self.definitions.base_symbols(above - below)
         return self._time in found and found <= self._fixed | {self._time}
 
     def _by_side(self, node: Any) -> Any:
         """The condition below < above by the side on which above - below is; where it vanishes is an instant."""
-        below, above = node.args
+        below, above = operands(node)
         function, contrary = se.expand(above - below), se.expand(below - above)
         if contrary in self._sides:
             return se.Lt(self._sides[contrary], _HALF)

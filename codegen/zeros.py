@@ -15,6 +15,7 @@ import symengine as se
 from qddot.codegen.canonical import AlgebraError, canonical
 from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.rewrite import is_number, replaced
 
 #: A sum this small against its terms may be zero.
@@ -52,7 +53,7 @@ def _proven(temporaries: Sequence[Assignment], others: Sequence[Any]) -> dict[An
             found[total] = se.Integer(0)
     for total, one, other in point.pairs:
         if total not in found and _is_zero(one + other, definitions):
-            found[total] = se.Add(*(term for term in total.args if term not in (one, other)))
+            found[total] = se.Add(*(term for term in operands(total) if term not in (one, other)))
     return found
 
 
@@ -66,7 +67,7 @@ def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
                 return True
         except AlgebraError:
             return False
-        inside = expression.free_symbols & definitions.keys()
+        inside = symbols_of(expression) & definitions.keys()
         if not inside:
             return False
         expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
@@ -85,7 +86,7 @@ class _Point:
         """The value of a node; what is no arithmetic has one of its own."""
         value = self.values.get(node)
         if value is None:
-            value = self.values[node] = self._value(node, [self.at(part) for part in node.args])
+            value = self.values[node] = self._value(node, [self.at(part) for part in operands(node)])
         return value
 
     def _value(self, node: Any, parts: list[float]) -> float:
@@ -93,7 +94,7 @@ class _Point:
             return self._sum(node, parts)
         if isinstance(node, se.Mul):
             return math.prod(parts)
-        power = isinstance(node, se.Pow) and isinstance(node.args[1], se.Integer)
+        power = isinstance(node, se.Pow) and isinstance(operands(node)[1], se.Integer)
         work = math.pow if power else _WAVES.get(type(node).__name__)
         try:
             if is_number(node):
@@ -107,7 +108,7 @@ class _Point:
         if abs(value) <= _SMALL * sum(map(abs, parts)):
             self.small.append(node)
         elif len(parts) > 2:
-            self.pairs += ((node, *pair) for pair in _opposites(node.args, parts))
+            self.pairs += ((node, *pair) for pair in _opposites(operands(node), parts))
         return value
 
 

@@ -208,8 +208,8 @@ def jacobian(t, state, inputs, constants, values):
     tmp_4 = a_f * c_f
     tmp_5 = a_r * c_r
     tmp_6 = tmp_5 - tmp_4
-    a_f_squared = a_f * a_f
     a_r_squared = a_r * a_r
+    a_f_squared = a_f * a_f
     tmp_7 = inverse_m_f * c_f
     tmp_8 = inverse_m_r * c_r
 
@@ -226,11 +226,11 @@ def jacobian(t, state, inputs, constants, values):
     values[10] = inverse_m_b * c_f  # [4, 6]
     values[11] = inverse_m_b * c_r  # [4, 7]
     values[12] = inverse_I_b * tmp_3  # [5, 0]
-    values[13] = -inverse_I_b * (k_f * a_f_squared + k_r * a_r_squared)  # [5, 1]
+    values[13] = -inverse_I_b * (k_r * a_r_squared + k_f * a_f_squared)  # [5, 1]
     values[14] = inverse_I_b * tmp_1  # [5, 2]
     values[15] = -inverse_I_b * tmp_2  # [5, 3]
     values[16] = inverse_I_b * tmp_6  # [5, 4]
-    values[17] = -inverse_I_b * (c_f * a_f_squared + c_r * a_r_squared)  # [5, 5]
+    values[17] = -inverse_I_b * (c_r * a_r_squared + c_f * a_f_squared)  # [5, 5]
     values[18] = inverse_I_b * tmp_4  # [5, 6]
     values[19] = -inverse_I_b * tmp_5  # [5, 7]
     values[20] = inverse_m_f * k_f  # [6, 0]
