@@ -42,6 +42,27 @@ def test_the_file_of_a_chain_of_hundreds_is_small():
     assert "equations; the others are left out" in text
 
 
+def test_what_is_long_in_any_section_is_cut_and_says_so(monkeypatch):
+    """A chain's energies and tables grow with it, whatever its equations of motion do."""
+    document = describe(derive(chain.system(300)), "chain.py", _MOST_TERMS)
+    assert len(tex(document)) > 60_000
+    monkeypatch.setattr("qddot.codegen.equations.tex.LARGEST", 60_000)
+    monkeypatch.setattr("qddot.codegen.equations.abridged._ROOM", 2_000)
+    text = tex(document)
+    assert len(text) <= 60_000
+    assert "of each section the first formulas are here" in text
+    written = text.split(r"\section*{Coordinates")[1].split(r"\section*")[0]
+    rows, left_out = written.count("isplacement of mass"), re.search(r"(\d+) more are left out\.", written)
+    assert rows + int(left_out[1]) == 300
+    assert re.search(r"\\cdots \\text\{\((\d+) more lines\)\}", text)
+
+
+def test_a_document_that_is_not_too_long_is_whole():
+    text = tex(describe(derive(chain.system(60)), "chain.py", _MOST_TERMS))
+    assert "left out." not in text
+    assert "more lines" not in text
+
+
 def test_a_sum_of_thousands_of_terms_is_python():
     symbols = [se.Symbol(f"x_{k}") for k in range(5000)]
     terms = [-x if k % 3 else x for k, x in enumerate(symbols)]

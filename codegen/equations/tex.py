@@ -1,9 +1,10 @@
 """The equations as a LaTeX document, every formula broken between terms so that it fits the page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 from qddot.codegen.environment import environment
+from qddot.codegen.equations.abridged import Display, Row, Table, abridged
 from qddot.codegen.equations.latex_script import LatexScript, decimal
 from qddot.codegen.equations.latex_text import escape, unit
 from qddot.codegen.equations.layout import Box, beside, joined, lines
@@ -22,38 +23,22 @@ _GAP = 1.25  # between columns
 _GAP_OF_COLUMNS = 1.0  # of a matrix
 
 
+#: Bytes of a document at most: some hundred pages.
+LARGEST = 300_000
+
 #: Compiled with the import: it costs twice what writing a document does.
 _TEMPLATE = environment("latex").get_template("equations.tex.jinja")
 
 
-@dataclass(frozen=True)
-class Row:
-    """A formula: what stands left of the line where formulas are aligned, and the lines to the right of it."""
-
-    left: str
-    right: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Display:
-    """Formulas under each other, short ones in several columns."""
-
-    columns: int
-    rows: tuple[Row, ...]
-
-
-@dataclass(frozen=True)
-class Table:
-    """Finished cells; meaning: the width of the meaning's column in em."""
-
-    rows: tuple[tuple[str, ...], ...]
-    meaning: float
-
-
 def tex(document: Document) -> str:
-    """A complete LaTeX document, the same text for the same model on every machine."""
-    page = _Page(document)
-    return _TEMPLATE.render(
+    """A complete LaTeX document, the same text for the same model on every machine; of large models the first rows."""
+    sections = _sections(document, _Page(document))
+    text = _TEMPLATE.render(sections, is_abridged=False)
+    return text if len(text.encode()) <= LARGEST else _TEMPLATE.render(abridged(sections), is_abridged=True)
+
+
+def _sections(document: Document, page: "_Page") -> dict[str, Any]:
+    return dict(
         name=escape(document.name),
         title=escape(document.title),
         source=escape(document.source),
@@ -134,21 +119,21 @@ class _Page:
         ]
         return Table(tuple(rows), plain.meaning)
 
-    def parameter_sets(self) -> list[tuple[list[str], list[tuple[str, ...]]]]:
-        """Tables of (heads, rows) with the parameters that some set changes; a few sets side by side."""
+    def parameter_sets(self) -> list[tuple[list[str], Table]]:
+        """Heads and tables with the parameters that some set changes; a few sets side by side."""
         names = self._document.parameter_sets
         changed = [p for p in self._document.parameters if p.values]
         tables = []
         for k in range(0, len(names), _SETS_IN_ROW):
             chosen = names[k : k + _SETS_IN_ROW]
-            rows = [
+            rows = tuple(
                 tuple(
                     _math(box)
                     for box in (self._symbol(p.symbol), *(decimal(p.values.get(n, p.default)) for n in chosen))
                 )
                 for p in changed
-            ]
-            tables.append(([escape(name.replace("_", " ")) for name in chosen], rows))
+            )
+            tables.append(([escape(name.replace("_", " ")) for name in chosen], Table(rows, 0.0)))
         return tables
 
     def aligned(self, formulas: Sequence[Formula]) -> Display:
