@@ -37,12 +37,24 @@ SLIPS = {
     "qddot.simulat(model, (0, 1))": 'Module has no attribute "simulat"',
 }
 
+#: What a program gets from qddot is qddot's own and NumPy's: of other packages nothing is read, which takes longer.
+SETTINGS = """
+[mypy]
+strict = True
+ignore_missing_imports = True
+follow_imports = silent
+[mypy-dask.*,distributed.*,IPython.*,jinja2.*,llvmlite.*,matplotlib.*,numba.*,pint.*,rich.*,xarray.*,zarr.*]
+follow_imports = skip
+follow_imports_for_stubs = True
+"""
+
 
 def test_a_program_on_the_public_interface_passes_the_strict_checker_and_slips_do_not(tmp_path):
     """One run of the checker, which takes seconds: the slips stand behind the good program, a line each."""
     (tmp_path / "use.py").write_text(GOOD + "\n".join(SLIPS) + "\n")
-    command = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent"]
-    command += ["--config-file", "", "--cache-dir", ROOT / ".mypy_cache" / "public", "use.py"]
+    (tmp_path / "mypy.ini").write_text(SETTINGS)
+    command = [sys.executable, "-m", "mypy", "--config-file", "mypy.ini"]
+    command += ["--cache-dir", ROOT / ".mypy_cache" / "public", "use.py"]
     environment = os.environ | {"MYPYPATH": str(ROOT / ".types")}
     done = subprocess.run(
         command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False
