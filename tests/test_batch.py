@@ -13,6 +13,7 @@ import pyarrow.parquet
 import pytest
 import xarray
 from batches import STUDY, assert_equal, values, written
+from commands import command
 from scipy.integrate import solve_ivp
 
 import qddot
@@ -310,8 +311,8 @@ main()
 def test_a_write_that_fails_is_told_and_can_be_gone_on_with(tmp_path):
     text = STUDY.replace("every = 5", "every = 1").replace("block = 4", "block = 12")
     study, path = written(tmp_path, text), tmp_path / "limited.zarr"
-    command = [sys.executable, "-c", LIMITED, "batch", str(study), "--out", str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=300, check=False)
+    limited = [sys.executable, "-c", LIMITED, "batch", str(study), "--out", str(path)]
+    done = subprocess.run(limited, capture_output=True, text=True, cwd=ROOT, timeout=300, check=False)
     assert done.returncode == 2, done.stderr
     assert "0 of 36 runs are safe: make room and give the same command" in done.stderr
     assert "Traceback" not in done.stderr
@@ -319,14 +320,9 @@ def test_a_write_that_fails_is_told_and_can_be_gone_on_with(tmp_path):
     assert_equal(path, run_batch(study, tmp_path / "whole.zarr"))
 
 
-def command_line(*arguments, cwd):
-    command = [sys.executable, "-m", "qddot", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
-
-
 def test_the_commands_of_batches(tmp_path, store):
     study = written(tmp_path)
-    done = command_line("batch", study, "--set", "parameters.m_u=41 kg", cwd=tmp_path)
+    done = command("batch", study, "--set", "parameters.m_u=41 kg", cwd=tmp_path, afresh=True)
     assert done.returncode == 0, done.stderr
     for words in ("36 runs in", "runs/s", "steps/s", "36 of 36 runs, 0 failed", "travel", "wrote results/quick.zarr"):
         assert words in done.stdout
@@ -334,12 +330,12 @@ def test_the_commands_of_batches(tmp_path, store):
     assert json.loads(values_attribute(tmp_path / "results" / "quick.zarr", "definition"))["parameters"] == {
         "m_u": "41 kg"
     }
-    again = command_line("batch", study, cwd=tmp_path)
+    again = command("batch", study, cwd=tmp_path)
     assert again.returncode == 2
     assert "parameters.m_u: '41 kg' in the store, not set in the study" in again.stderr
-    single = command_line("run", study, "--row", "36", "--no-figure", cwd=tmp_path)
+    single = command("run", study, "--row", "36", "--no-figure", cwd=tmp_path)
     assert "--row 36: the runs of the sweep are 0 to 35" in single.stderr
-    summary = command_line("summary", store, cwd=tmp_path)
+    summary = command("summary", store, cwd=tmp_path, afresh=True)
     assert "36 of 36 runs, 0 failed" in summary.stdout
 
 
@@ -388,7 +384,7 @@ def test_the_worst_interval_is_that_of_the_slow_mode(tmp_path):
 
 
 def test_the_json_schema_knows_every_key(tmp_path):
-    done = command_line("schema", "--into", "s.json", cwd=tmp_path)
+    done = command("schema", "--into", "s.json", cwd=tmp_path, afresh=True)
     assert done.returncode == 0, done.stderr
     schema = json.loads((tmp_path / "s.json").read_text())
     assert {"sweep", "metrics", "outputs", "road", "inputs"} <= set(schema["properties"])

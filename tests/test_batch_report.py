@@ -2,13 +2,12 @@
 
 import json
 import re
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from browsing import Reader
+from commands import command
 
 from qddot.runner.batch.results import Results
 from qddot.runner.report import batch_axes, batch_figures
@@ -51,11 +50,6 @@ of = "tyre_force"
 interval = "5 ms"
 keep = ["z_s"]
 """
-
-
-def command(*words, cwd):
-    line = [sys.executable, "-m", "qddot", *map(str, words)]
-    return subprocess.run(line, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
 
 
 @pytest.fixture(scope="module")

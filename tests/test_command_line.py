@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray
+from commands import command
 from study_files import slip
 
 from qddot.command_line import parser
@@ -17,13 +18,8 @@ from qddot.commands import COMMANDS
 ROOT = Path(__file__).parent.parent
 
 
-def qddot(*arguments, cwd=ROOT):
-    command = [sys.executable, "-m", "qddot", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
-
-
 def test_one_shot_writes_a_data_set_a_figure_and_a_summary(tmp_path):
-    done = qddot("run", ROOT / "studies" / "one_shot.toml", cwd=tmp_path)
+    done = command("run", ROOT / "studies" / "one_shot.toml", cwd=tmp_path, afresh=True)
     assert done.returncode == 0, done.stderr
     data = xarray.open_dataset(tmp_path / "results" / "one_shot.nc")
     assert (tmp_path / "results" / "one_shot.png").read_bytes().startswith(b"\x89PNG")
@@ -47,7 +43,7 @@ def test_a_run_that_diverges_says_so_keeps_what_it_has_and_exits_with_1(tmp_path
     for right, coarse in (('method = "rk4"', 'method = "euler"'), ("step = 1e-4", "step = 0.02"), ("20 #", "1 #")):
         text = slip(text, right, coarse)
     study.write_text(text)
-    done = qddot("run", study, cwd=tmp_path)
+    done = command("run", study, cwd=tmp_path)
     assert done.returncode == 1
     assert "diverged" in done.stderr
     assert "try a smaller step" in done.stderr
@@ -58,43 +54,43 @@ def test_a_run_that_diverges_says_so_keeps_what_it_has_and_exits_with_1(tmp_path
 def test_an_unknown_name_in_the_figure_is_named(tmp_path):
     text = (ROOT / "studies" / "one_shot.toml").read_text().replace('["pitch"],', '["picth"],')
     (tmp_path / "study.toml").write_text(text)
-    done = qddot("run", "study.toml", cwd=tmp_path)
+    done = command("run", "study.toml", cwd=tmp_path)
     assert done.returncode == 2
     assert "study.toml: figure: unknown quantity 'picth'; did you mean 'pitch'?" in done.stderr
 
 
 def test_lists():
-    done = qddot("list")
+    done = command("list")
     assert done.returncode == 0
     for word in ("m113", "chain", "studies/one_shot.toml", "gun_30mm", "frozen_plough", "rk4", "heun"):
         assert word in done.stdout
-    wrong = qddot("list", "model")
+    wrong = command("list", "model")
     assert wrong.returncode == 2
     assert "did you mean 'models'?" in wrong.stderr
 
 
 def test_show_gives_the_papers_periods():
-    done = qddot("show", "m113")
+    done = command("show", "m113")
     assert done.returncode == 0, done.stderr
     for period in ("1.848", "1.081", "2.012", "1.115"):
         assert period in done.stdout
 
 
 def test_show_of_a_study_prints_and_draws_its_inputs(tmp_path):
-    done = qddot("show", ROOT / "studies" / "terrain_run.toml", "--into", tmp_path)
+    done = command("show", ROOT / "studies" / "terrain_run.toml", "--into", tmp_path)
     assert done.returncode == 0, done.stderr
     assert "road: iso8608, read from -2.98 m to 55.22 m; Gd(n0) = 0.0259 m^3, class F" in done.stdout
     assert (tmp_path / "terrain_run_inputs.png").exists()
 
 
 def test_show_of_a_model_without_an_isolated_equilibrium_says_so():
-    done = qddot("show", "cart_pole")
+    done = command("show", "cart_pole")
     assert done.returncode == 0
     assert "No modes" in done.stdout
 
 
 def test_equations_are_printed_and_written(tmp_path):
-    done = qddot("equations", "quarter_car", "--into", tmp_path)
+    done = command("equations", "quarter_car", "--into", tmp_path, afresh=True)
     assert done.returncode == 0, done.stderr
     assert "z̈" in done.stdout
     assert "<math" in (tmp_path / "quarter_car.html").read_text()
@@ -105,7 +101,7 @@ def test_equations_are_printed_and_written(tmp_path):
     "arguments", [["run", "none.toml"], ["show", "m13"], ["show", "none.toml"], ["run", "/"], ["equations", "m13"]]
 )
 def test_bad_arguments_end_in_one_message(tmp_path, arguments):
-    done = qddot(*arguments, cwd=tmp_path)
+    done = command(*arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert "Traceback" not in done.stderr
@@ -141,16 +137,16 @@ def test_words_repeated_and_switched_off_arrive():
 def test_a_mistyped_command_or_option_is_refused_and_no_command_shows_the_help():
     wrong = {"rn": "'rn'", "run a.toml --int x": "'--int'", "run": "STUDY", "run a.toml --row x": "'x'"}
     for arguments, named in wrong.items():
-        done = qddot(*arguments.split())
+        done = command(*arguments.split())
         assert done.returncode == 2
         assert "usage: qddot" in done.stderr
         assert named in done.stderr
-    assert "Run a study once" in qddot().stdout
+    assert "Run a study once" in command().stdout
 
 
 def test_output_that_nobody_reads_any_more_is_no_error():
-    command = [sys.executable, "-m", "qddot", "schema"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
+    line = [sys.executable, "-m", "qddot", "schema"]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
         process.stdout.close()
         assert process.stderr.read() == b""
     assert process.returncode == 1

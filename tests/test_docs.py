@@ -9,14 +9,10 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 from browsing import Reader
+from commands import command
 from netCDF4 import Dataset
 from pages import PAGES, ROOT, TEXT, block
 from scipy.integrate import solve_ivp
-
-
-def qddot(*arguments, cwd):
-    command = [sys.executable, "-m", "qddot", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -24,13 +20,13 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("own")
     (folder / "duffing.py").write_text(block("duffing.py", "python"))
     (folder / "shaken.toml").write_text(block("shaken.toml", "toml"))
-    done = qddot("generate", "duffing.py", "--into", "kernels", cwd=folder)
+    done = command("generate", "duffing.py", "--into", "kernels", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder
 
 
 def test_the_model_of_ones_own_runs_and_agrees_with_scipy(folder):
-    done = qddot("run", "shaken.toml", cwd=folder)
+    done = command("run", "shaken.toml", cwd=folder)
     assert done.returncode == 0, done.stderr
     with Dataset(folder / "results" / "shaken.nc") as file:
         t, x = file["time"][:], file["x"][:]
@@ -53,9 +49,9 @@ def test_the_slips_give_the_messages_shown(folder):
     (folder / "unit.toml").write_text(study.replace("2500 g", "2500 mm"))
     (folder / "coarse.toml").write_text(study.replace('"rk4"', '"euler"').replace("1 ms", "50 ms"))
     found = [
-        qddot("generate", "duffing.py", "--into", "kernels", cwd=folder / "slip").stderr,
-        qddot("run", "unit.toml", cwd=folder).stderr.replace("unit.toml", "shaken.toml"),
-        qddot("run", "coarse.toml", cwd=folder).stderr,
+        command("generate", "duffing.py", "--into", "kernels", cwd=folder / "slip").stderr,
+        command("run", "unit.toml", cwd=folder).stderr.replace("unit.toml", "shaken.toml"),
+        command("run", "coarse.toml", cwd=folder).stderr,
     ]
     shown = " ".join(TEXT.split())
     for told in found:
@@ -103,7 +99,7 @@ def test_the_front_page_shows_what_its_example_prints(tmp_path):
         (tmp_path / name).write_text(block(name, language))
     printed = ""
     for line in ("qddot generate duffing.py --into kernels", "qddot run shaken.toml"):
-        printed += f"$ {line}\n" + qddot(*line.split()[1:], cwd=tmp_path).stdout
+        printed += f"$ {line}\n" + command(*line.split()[1:], cwd=tmp_path).stdout
     times = re.compile(r"points, .*")
     assert times.sub("points", printed) == times.sub("points", block("shaken"))
 
@@ -118,9 +114,9 @@ def site(tmp_path_factory):
     """The folder of the built site."""
     pytest.importorskip("mkdocs", reason="the site needs the extra `docs`")
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
+    build = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=environment, timeout=300, check=False)
+    done = subprocess.run(build, capture_output=True, text=True, cwd=ROOT, env=environment, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     return folder
 

@@ -1,16 +1,13 @@
 """What the tutorial tells people to type beside its notebook works: see test_notebooks."""
 
 import shlex
-import subprocess
-import sys
 
+from commands import command
 from pages import blocks_of
 
 
 def _command(line, folder):
-    done = subprocess.run(
-        [sys.executable, "-m", *shlex.split(line)], cwd=folder, capture_output=True, text=True, timeout=300, check=False
-    )
+    done = command(*shlex.split(line)[1:], cwd=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

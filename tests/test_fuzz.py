@@ -4,9 +4,7 @@ import contextlib
 import io
 import random
 import re
-import resource
 import shutil
-import subprocess
 import sys
 import time
 import warnings
@@ -14,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from batches import STUDY as QUICK
+from commands import command
 from mutations import OF_TEXT, OF_TOML, garbled, mutated
 
 from qddot.command_line import main
@@ -258,12 +257,10 @@ def test_processes_end_so_too(kind, tmp_path, monkeypatch, request):
     for number in range(EACH):
         while (arguments := place.arguments(rng)) is None:
             pass
-        before, spent = files(tmp_path), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        before = files(tmp_path)
         with told(f"seed {seed!r}, mutation {number}", arguments, place.study):
-            command = [sys.executable, "-m", "qddot", *map(str, arguments)]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
-            seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - spent
-            assert_ended_well(done.returncode, done.stderr, seconds, before, files(tmp_path))
+            done = command(*arguments, cwd=tmp_path, afresh=number == 0)
+            assert_ended_well(done.returncode, done.stderr, done.seconds, before, files(tmp_path))
 
 
 HEAD = 'model = "quarter_car"\nspan = [0, 0.01]\n[integration]\nstep = 1e-3\n'

@@ -1,14 +1,13 @@
 """Identification: known unknowns come back within their stated errors, and what the data cannot tell is said."""
 
 import json
-import subprocess
-import sys
 import tomllib
 from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 from scipy.stats import binomtest, chi2
 
 import qddot
@@ -260,8 +259,7 @@ def test_observations_that_cannot_be_are_refused(tmp_path, observation, message)
 
 def test_the_papers_five_displacements(tmp_path):
     """With the printed damping no pulse and arm meet all five; the file in studies/paper is what the command writes."""
-    command = [sys.executable, "-m", "qddot", "identify", "studies/paper/identify_recoil.toml", "--json", "--into"]
-    done = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = command("identify", "studies/paper/identify_recoil.toml", "--json", "--into", tmp_path, afresh=True)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert not said["fits"]

@@ -1,9 +1,7 @@
 """`qddot new` writes what runs; a study may name a model's own file, and needs no step between."""
 
-import subprocess
-import sys
-
 import pytest
+from commands import command
 from netCDF4 import Dataset
 
 import qddot
@@ -11,22 +9,17 @@ from qddot.codegen.new import new
 from qddot.model.system import ModelError
 
 
-def _qddot(*arguments, cwd):
-    command = [sys.executable, "-m", "qddot", *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mine")
-    made = _qddot("new", "bouncer", cwd=folder)
+    made = command("new", "bouncer", cwd=folder, afresh=True)
     assert made.returncode == 0, made.stderr
     assert made.stdout.endswith("next: qddot equations bouncer.py\n      qddot run bouncer.toml\n")
     return folder
 
 
 def test_the_new_study_runs_as_it_is_and_rests_on_its_spring(folder):
-    ran = _qddot("run", "bouncer.toml", "--no-figure", cwd=folder)
+    ran = command("run", "bouncer.toml", "--no-figure", cwd=folder)
     assert ran.returncode == 0, ran.stderr
     assert "note: generating kernels of bouncer.py" in ran.stderr
     with Dataset(folder / "results" / "bouncer.nc") as file:
@@ -36,13 +29,13 @@ def test_the_new_study_runs_as_it_is_and_rests_on_its_spring(folder):
 
 
 def test_a_second_run_generates_nothing_and_an_edit_is_seen(folder):
-    _qddot("run", "bouncer.toml", "--no-figure", cwd=folder)
-    again = _qddot("run", "bouncer.toml", "--no-figure", cwd=folder)
+    command("run", "bouncer.toml", "--no-figure", cwd=folder)
+    again = command("run", "bouncer.toml", "--no-figure", cwd=folder)
     assert "note:" not in again.stderr
     model = folder / "bouncer.py"
     text = model.read_text()
     model.write_text(text.replace('Parameter(m, 10.0, "kg"', 'Parameter(m, 20.0, "kg"'))
-    edited = _qddot("run", "bouncer.toml", "--no-figure", cwd=folder)
+    edited = command("run", "bouncer.toml", "--no-figure", cwd=folder)
     model.write_text(text)
     assert "note: generating kernels of bouncer.py" in edited.stderr
     with Dataset(folder / "results" / "bouncer.nc") as file:
@@ -53,7 +46,7 @@ def test_a_slip_in_the_model_is_named_where_the_study_runs(folder):
     model = folder / "bouncer.py"
     text = model.read_text()
     model.write_text(text.replace("HALF * m * xdot**2", "HALF * mm * xdot**2"))
-    ran = _qddot("run", "bouncer.toml", cwd=folder)
+    ran = command("run", "bouncer.toml", cwd=folder)
     model.write_text(text)
     assert ran.returncode == 2
     assert "Traceback" not in ran.stderr
@@ -65,11 +58,11 @@ def test_a_batch_that_was_begun_refuses_an_edited_model(folder):
     sweep = '[[sweep.axes]]\nkey = "parameters.c"\nvalues = [20, 40]\n'
     sweep += '[metrics.shaking]\nkind = "rms"\nof = "acceleration"\n'
     (folder / "swept.toml").write_text(study + sweep)
-    assert _qddot("batch", "swept.toml", "--no-figure", cwd=folder).returncode == 0
+    assert command("batch", "swept.toml", "--no-figure", cwd=folder).returncode == 0
     model = folder / "bouncer.py"
     text = model.read_text()
     model.write_text(text.replace('Parameter(m, 10.0, "kg"', 'Parameter(m, 30.0, "kg"'))
-    refused = _qddot("batch", "swept.toml", "--no-figure", cwd=folder)
+    refused = command("batch", "swept.toml", "--no-figure", cwd=folder)
     model.write_text(text)
     assert refused.returncode == 2
     assert "--keep-kernels" in refused.stderr and "--fresh" in refused.stderr

@@ -2,13 +2,12 @@
 
 import json
 import re
-import subprocess
-import sys
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from matrices import linear_matrices
@@ -266,7 +265,6 @@ def test_the_table_in_the_docs_is_that_of_the_claims():
 
 
 def test_a_missing_file_ends_in_one_message(tmp_path):
-    command = [sys.executable, "-m", "qddot", "paper", "--claims", str(tmp_path / "none.toml")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    done = command("paper", "--claims", tmp_path / "none.toml")
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")

@@ -1,13 +1,13 @@
 """Figures of runs and batches: scaled units, nothing twice, nothing hidden by offsets, nothing left out unsaid."""
 
 import re
-import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 
 import qddot
 from qddot.runner.commands.plot_runs import plot_runs
@@ -254,8 +254,7 @@ def test_what_cannot_be_plotted_is_told_in_one_line(saved, tmp_path):
         ([a, b, "--html", "--into", tmp_path / "e.png"], "with --html expected a name that ends in .html"),
         ([a, "--quantity", "z_s", "--quantity", "z_s"], "'z_s' is given twice"),
     ):
-        command = [sys.executable, "-m", "qddot", "plot", *words]
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+        done = command("plot", *words)
         assert done.returncode == 2 and message in done.stderr, done.stderr
         assert done.stderr.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["c.nc"]

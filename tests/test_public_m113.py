@@ -1,12 +1,11 @@
 """The M113 on the suspension of a public model: its numbers by hand, and what the documentation says of the claims."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 
 import qddot
 from qddot import load, modes
@@ -99,8 +98,7 @@ def test_the_table_of_claims_is_markdown():
 
 
 def test_a_set_that_is_not_there_is_named_before_anything_is_computed(tmp_path):
-    command = [sys.executable, "-m", "qddot", "paper", "--parameters", "public_unlaoded", "--into", str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = command("paper", "--parameters", "public_unlaoded", "--into", tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert "did you mean 'public_unloaded'" in done.stderr

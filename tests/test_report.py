@@ -3,13 +3,12 @@
 import hashlib
 import json
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 from browsing import BROWSER, WORKED, Reader, browsed
+from commands import command
 
 from qddot.paper.command import PAPER
 from qddot.paper.report import report
@@ -49,17 +48,7 @@ def claims():
 def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     (folder / "claims.json").write_text(json.dumps({"claims": claims(), "plots": PLOTS}))
-    command = [
-        sys.executable,
-        "-m",
-        "qddot",
-        "report",
-        "--claims",
-        folder / "claims.json",
-        "--into",
-        folder / "report.html",
-    ]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = command("report", "--claims", folder / "claims.json", "--into", folder / "report.html")
     assert done.returncode == 0, done.stderr
     return folder / "report.html"
 
@@ -181,8 +170,7 @@ def test_at_any_width_and_in_any_light_nothing_is_wider_than_the_screen(page, ch
 
 def test_without_claims_the_command_says_what_to_do(tmp_path):
     claims, page = tmp_path / "none.json", tmp_path / "r.html"
-    command = [sys.executable, "-m", "qddot", "report", "--claims", claims, "--into", page]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = command("report", "--claims", claims, "--into", page)
     assert done.returncode == 2
     assert "`qddot paper` writes it" in done.stderr
 

@@ -5,11 +5,10 @@ import json
 import math
 import pickle
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from commands import command
 
 import qddot
 from qddot.runner.scene.animation import Clip, _pace, _packed
@@ -221,18 +220,13 @@ def test_a_run_backward_and_one_of_a_single_point_are_drawn():
     assert isinstance(single, Clip) and still(np.zeros(3))[:, 0] == pytest.approx(0.3)
 
 
-def _plot(folder, *words):
-    line = [sys.executable, "-m", "qddot", "plot", *words]
-    return subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
-
-
 def test_a_saved_run_is_drawn_and_played(tmp_path, drive):
     run, _ = drive
     run.save(tmp_path / "ride.nc")
-    done = _plot(tmp_path, "ride.nc", "--scene", "1.5")
+    done = command("plot", "ride.nc", "--scene", "1.5", cwd=tmp_path, afresh=True)
     assert done.returncode == 0 and done.stdout == "wrote ride_scene.png\n", done.stderr
     assert (tmp_path / "ride_scene.png").read_bytes().startswith(b"\x89PNG")
-    done = _plot(tmp_path, "ride.nc", "--scene", "1.5", "--html", "--into", "played.html")
+    done = command("plot", "ride.nc", "--scene", "1.5", "--html", "--into", "played.html", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert '"begin":1.5' in (tmp_path / "played.html").read_text()
 
@@ -251,7 +245,7 @@ def test_what_scene_of_plot_cannot_draw_is_said(tmp_path):
         (["mine.nc", "--scene", "0"], "mine.nc is a run of the model oscillator, which does not come with qddot"),
         (["none.nc", "--scene", "0"], "none.nc: there is no such file"),
     ):
-        done = _plot(tmp_path, *words)
+        done = command("plot", *words, cwd=tmp_path)
         assert done.returncode == 2 and message in done.stderr, (words, done.stderr)
         assert "Traceback" not in done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["car.nc", "mine.nc"]

@@ -1,16 +1,15 @@
 """`qddot report STUDY`: one page of any study, with what applies to it, that needs nothing else."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from browsing import Reader
+from commands import command
 
 import qddot
-from qddot.runner.commands import report as command
+from qddot.runner.commands import report as report_command
 from qddot.runner.commands.report import report
 from qddot.runner.pictures.picture import Curve, Panel, Picture
 from qddot.runner.report import energy
@@ -128,7 +127,7 @@ def test_energy_jumps_of_an_input_are_integrated_to_both_sides():
 
 
 def test_long_equations_get_a_page_of_their_own(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(command, "_LARGE", 10)
+    monkeypatch.setattr(report_command, "_LARGE", 10)
     _, page = written(tmp_path, SWINGING, equations_page=lambda name: f"<main>{name} is long</main>")
     assert 'href="page_equations.html"' in page.read_text()
     assert (tmp_path / "page_equations.html").read_text() == "<main>double_pendulum is long</main>"
@@ -153,8 +152,7 @@ def test_nothing_that_report_is_given_is_ignored(tmp_path):
         (["none.toml"], "none.toml: there is no such file"),
         (["study.toml", "--into", "study.toml/x.html"], "expected a folder"),
     ):
-        line = [sys.executable, "-m", "qddot", "report", "--no-pdf", *words]
-        done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+        done = command("report", "--no-pdf", *words, cwd=tmp_path)
         assert done.returncode == 2 and message in done.stderr, (words, done.stderr)
         assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]

@@ -1,11 +1,10 @@
 """Messages of the command line say what was found and what to do; and files run no code but what lies below them."""
 
-import subprocess
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from commands import command
 
 import qddot as front
 from qddot.codegen.compare.command import run as compare
@@ -34,11 +33,6 @@ def system():
 """
 EVIL = "open(r'{}', 'w').write('ran')\n"
 STUDY = 'model = "{}"\nspan = [0, 1]\n'
-
-
-def qddot(*arguments, cwd=ROOT):
-    command = [sys.executable, "-m", "qddot", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 
 # Files that name code
@@ -71,7 +65,7 @@ def test_an_equations_file_never_runs_a_file(tmp_path, monkeypatch, evil, name):
 def test_the_command_line_may_name_the_file_of_a_model(tmp_path):
     (tmp_path / "own.py").write_text(OWN)
     (tmp_path / "equations.txt").write_text("x: m*xddot + 4*k_3*x**3 = 0\n")
-    done = qddot("compare", "equations.txt", "--model", "./own.py", cwd=tmp_path)
+    done = command("compare", "equations.txt", "--model", "./own.py", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "1 of 1 equation is equal to the one derived" in done.stdout
 
@@ -142,14 +136,14 @@ def test_identifications_and_papers_name_studies_below_their_folder_only(tmp_pat
     ],
 )
 def test_a_slip_is_answered_by_what_was_meant(arguments, said):
-    done = qddot(*arguments)
+    done = command(*arguments)
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr
 
 
 def test_the_version():
-    done = qddot("--version")
+    done = command("--version")
     assert (done.returncode, done.stdout) == (0, f"qddot {version('qddot')}\n")
 
 
@@ -168,7 +162,7 @@ def test_a_file_of_another_kind_is_named_for_what_it_is(tmp_path, name):
 
 def test_a_result_given_to_run_ends_in_one_line(tmp_path):
     (tmp_path / "done.nc").write_bytes(b"\x89HDF")
-    done = qddot("run", "done.nc", cwd=tmp_path)
+    done = command("run", "done.nc", cwd=tmp_path)
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert done.stderr.startswith("error: done.nc holds the results of a run; ")
 

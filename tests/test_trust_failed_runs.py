@@ -1,11 +1,9 @@
 """Runs that fail say so first, and why; what they leave is marked as partial; waiting for the compiler is told."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import xarray
+from commands import command
 from sympy import Rational, Symbol, cos, sign, sin, symbols
 
 import qddot
@@ -61,11 +59,6 @@ def models(folder):
     return {system.name: qddot.load(qddot.generate(system, folder)) for system in SYSTEMS}
 
 
-def command(*words, into):
-    line = [sys.executable, "-m", "qddot", *map(str, words)]
-    return subprocess.run(line, capture_output=True, text=True, timeout=300, cwd=into, check=False)
-
-
 STUDY = """model = "runaway.py"
 title = "A runaway"
 span = [0, 10]
@@ -80,7 +73,7 @@ step = "10 ms"
 @pytest.fixture(scope="session")
 def ran(models, folder):
     (folder / "runaway.toml").write_text(STUDY)
-    return [command("run", "runaway.toml", "--into", "results", "--no-figure", into=folder) for _ in range(2)]
+    return [command("run", "runaway.toml", "--into", "results", "--no-figure", cwd=folder) for _ in range(2)]
 
 
 def test_a_run_that_diverged_is_reported_as_failed_before_any_table(ran, folder):
@@ -127,7 +120,7 @@ def test_the_wall_time_of_a_run_is_that_of_integrating(ran):
 
 def test_an_output_that_is_no_number_is_told_and_kept(models, folder):
     (folder / "still.toml").write_text(STUDY.replace('x = "1 m"', 'x = "0 m"').replace("A runaway", "Still"))
-    told = command("run", "still.toml", "--into", "results", "--no-figure", into=folder)
+    told = command("run", "still.toml", "--into", "results", "--no-figure", cwd=folder)
     assert told.returncode == 0, told.stderr
     assert "note: lead is no finite number at 1001 of 1001 points, first nan at 0 s" in told.stdout
     with xarray.open_dataset(folder / "results" / "still.nc") as data:
@@ -136,11 +129,11 @@ def test_an_output_that_is_no_number_is_told_and_kept(models, folder):
 
 
 def test_show_goes_on_without_a_static_state(models, folder):
-    told = command("show", "sticking.py", into=folder)
+    told = command("show", "sticking.py", cwd=folder)
     assert told.returncode == 0, told.stderr
     assert "friction" in told.stdout
     assert "No modes with default parameters: model sticking: the static state is not isolated" in told.stdout
-    told = command("show", "swinging.py", into=folder)
+    told = command("show", "swinging.py", cwd=folder)
     assert told.returncode == 0, told.stderr
     assert "the mass matrix is singular (rank 1 of 2): no inertia resists phi" in told.stdout
 

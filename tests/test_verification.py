@@ -1,13 +1,12 @@
 """Section 3.1 of the paper: its counts, the order of its errors, Euler's growth; and that the check can fail."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 
 from qddot.paper.verification import REPORTED, verify
 from qddot.paper.verification_figures import draw_errors, draw_schemes
@@ -63,8 +62,7 @@ def test_figures_are_drawn(as_run, tmp_path):
 
 
 def test_the_command_prints_json_and_exits_with_0():
-    command = [sys.executable, "-m", "qddot", "verify", "--json"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = command("verify", "--json", afresh=True)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert all(found["claims"].values())
