@@ -6,6 +6,7 @@ from typing import Any
 import symengine as se
 from sympy import Basic, Float, Function, Integer, Symbol
 
+from qddot.codegen.symbols import named, with_symbols
 from qddot.model.kinks import cases
 from qddot.model.nodes import atoms
 from qddot.model.table import HELD, Value, ending
@@ -29,7 +30,7 @@ def convert(expression: Any) -> Any:
     if isinstance(written, Basic) and atoms(written, Value):
         written = written.replace(lambda node: isinstance(node, Value), _primed)
     zeros = [each for each in atoms(written, Float) if each.is_zero] if isinstance(written, Basic) else ()
-    return se.sympify(written.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else written)
+    return with_symbols(se.sympify(written.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else written))
 
 
 def _primed(value: Value) -> Any:
@@ -85,4 +86,4 @@ def function_name(value: Any) -> str:
 
 def symbol(name: Symbol | str) -> Any:
     """The SymEngine symbol of that name; assumptions are SymPy's affair."""
-    return se.Symbol(str(name))
+    return named(str(name))

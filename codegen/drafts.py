@@ -208,7 +208,7 @@ def approach(equations: Equations, modes: Sequence[Any]) -> Draft:
 
 def clock_of(equations: Equations) -> dict[Any, Any]:
     """What no state moves -> how fast it goes: time, inputs, and rates of those that are prescribed."""
-    second = {se.Symbol(str(u.rate)): se.Symbol(str(a)) for u in equations.system.inputs for a in accelerations(u)}
+    second = {symbol(u.rate): symbol(a) for u in equations.system.inputs for a in accelerations(u)}
     return {equations.time: se.Integer(1), **dict(zip(equations.inputs, equations.rates, strict=True)), **second}
 
 

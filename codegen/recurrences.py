@@ -27,6 +27,7 @@ from qddot.codegen.convert import looked_up
 from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.printer import Printer, double
 from qddot.codegen.rewrite import Names, is_number
+from qddot.codegen.symbols import named
 
 #: A factor without its number: names of constants in order. A linear form: (node, names) -> number.
 Form = dict[tuple[str, tuple[str, ...]], float]
@@ -202,7 +203,7 @@ class Recurrences:
 
     def _symbol(self, node: str) -> Any:
         """A symbol that means a node."""
-        symbol = se.Symbol(node)
+        symbol = named(node)
         self._forms[symbol] = alone(node)
         return symbol
 
@@ -233,7 +234,7 @@ class Recurrences:
         for (node, names), number in argument.items():
             if node == ONE:
                 continue
-            symbol = se.Symbol(node)
+            symbol = named(node)
             known = self.form(self._rates[symbol]) if symbol in self._rates else None
             rate = self._rate(self._sums[node]) if node in self._sums else known
             if rate is None:

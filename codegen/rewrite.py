@@ -9,6 +9,7 @@ import symengine as se
 from symengine.lib.symengine_wrapper import Boolean
 
 from qddot.codegen.nodes import operands, remembered
+from qddot.codegen.symbols import named
 
 Change = Callable[[Any], Any]
 
@@ -174,7 +175,7 @@ class Names:
             self._count[wish] = self._count.get(wish, 0 if wish.endswith("_") else 1) + 1
             name = f"{wish.removesuffix('_')}_{self._count[wish]}"
         self._taken.add(name)
-        return se.Symbol(name)
+        return named(name)
 
     def __contains__(self, symbol: Any) -> bool:
         return str(symbol) in self._taken

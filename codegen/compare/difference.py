@@ -20,6 +20,7 @@ from qddot.codegen.equations.order import Order
 from qddot.codegen.identities import Polynomial, total
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.rewrite import replaced, rewrite
+from qddot.codegen.symbols import named
 from qddot.model.table import Table, ending
 
 #: Whether two expressions are equal.
@@ -153,14 +154,14 @@ class _Judge:
             if symbol not in kept:
                 definitions[symbol] = _replaced(self._as_written(expression), definitions)
         meanings = {str(s): e for s, e in definitions.items()} | {"pi": se.pi}
-        own = {name: se.Symbol(f"{name} of the file") for name in self._sheet.own if se.Symbol(name) in self._names()}
+        own = {name: named(f"{name} of the file") for name in self._sheet.own if named(name) in self._names()}
         reading = Reading({**meanings, **own})
         for name, node in self._sheet.meanings.items():
             reading = Reading({**reading.meanings, name: reading.value(node)})
         return reading, definitions
 
     def _names(self) -> set[Any]:
-        return {se.Symbol(name) for name in _known(self._equations)}
+        return {named(name) for name in _known(self._equations)}
 
     def _roles(self) -> list[list[str]]:
         equations = self._equations

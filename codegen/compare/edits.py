@@ -17,6 +17,7 @@ from qddot.codegen.compare.tree import Addend, inner_addends, symbols
 from qddot.codegen.compare.values import Reading
 from qddot.codegen.equations.spelling import spelling
 from qddot.codegen.identities import Polynomial, total
+from qddot.codegen.symbols import named
 
 _Names = dict[str, str]
 
@@ -118,7 +119,7 @@ class _Search:
             if name is not None:
                 places.setdefault(name, []).append(symbol.at)
         for name, found in places.items():
-            if reading.symbol(name).free_symbols & {se.Symbol(s) for s in concerned}:
+            if reading.symbol(name).free_symbols & {named(s) for s in concerned}:
                 for other in sorted(self._alike(name, concerned)):
                     for chosen in [[at] for at in found] + ([found] if len(found) > 1 else []):
                         change = Change(_kind(name, other), chosen[0], term, (name,), (other,))
@@ -168,7 +169,7 @@ class _Search:
         for addend in (term, *inner_addends(term.node)):
             for name in sorted(concerned & self._right):
                 change = Change("factor", addend.at, term, expected=(name,), addend=addend)
-                yield self._read(index, left, change, reading.with_scale(addend.node, se.Symbol(name)))
+                yield self._read(index, left, change, reading.with_scale(addend.node, named(name)))
 
 
 def _kind(found: str, expected: str) -> str:

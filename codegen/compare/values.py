@@ -11,6 +11,7 @@ from sympy import Symbol as SympySymbol
 from qddot.codegen.canonical import exact
 from qddot.codegen.compare.tree import Addend, Call, Lookup, Node, Number, Power, Product, Sum, Symbol
 from qddot.codegen.convert import convert, primed
+from qddot.codegen.symbols import named
 
 _FUNCTIONS = {name: getattr(se, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")}
 _FUNCTIONS |= {"exp": se.exp, "log": se.log, "sqrt": se.sqrt, "atan2": se.atan2}
@@ -39,7 +40,7 @@ class Reading:
 
     def symbol(self, name: str) -> Any:
         """The meaning of a name."""
-        return self.meanings[name] if name in self.meanings else se.Symbol(name)
+        return self.meanings[name] if name in self.meanings else named(name)
 
     def addend(self, addend: Addend) -> Any:
         """The value of an addend, its sign and scale included."""

@@ -4,8 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import symengine as se
-
 from qddot.codegen.compare.difference import Comparison
 from qddot.codegen.compare.edits import Change
 from qddot.codegen.compare.phrasing import formula, term
@@ -17,6 +15,7 @@ from qddot.codegen.equations.phrases import Formula, Name, Sum
 from qddot.codegen.equations.phrases import term as alone
 from qddot.codegen.equations.reading import Reader
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.symbols import named
 
 #: Words, and formulas between them.
 Message = tuple[str | Sum, ...]
@@ -68,9 +67,9 @@ def accounts(sheet: Sheet, equations: Equations, comparisons: Sequence[Compariso
 class _Words:
     def __init__(self, sheet: Sheet, equations: Equations) -> None:
         self._sheet = sheet
-        self._own = {se.Symbol(f"{name} of the file"): se.Symbol(name) for name in sheet.own}
+        self._own = {named(f"{name} of the file"): named(name) for name in sheet.own}
         known = {str(symbol) for symbol in Order(equations).symbols}
-        others = [se.Symbol(name) for name in sorted(sheet.own) if name not in known]
+        others = [named(name) for name in sorted(sheet.own) if name not in known]
         self._reader = Reader(Order(equations, others), turn=True, conditions=equations.conditions)
 
     def sum(self, expression: Any) -> Sum:
