@@ -1,20 +1,22 @@
 """Motions without kinetic energy: pivots of the mass matrix that vanish, found at birth and by numbers.
 
 The mass matrix d^2 T/d(qdot)^2 is taken by second differences in the velocities, which are exact where T is quadratic,
-at points around the default parameters: in floating point where that is certain, in 100 digits where it is not.
+at points around the default parameters: in floating point where that is certain, in 100 digits where it is not. It is a
+block for each group of velocities that T couples, and a velocity of every group is moved at once: what that costs does
+not depend on how many groups there are.
 """
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import mpmath
-from sympy import Add, Expr, Symbol, lambdify
+from sympy import Expr, Symbol
 
 from qddot.model.kinks import cases
-from qddot.model.table import Value
+from qddot.model.velocity_groups import Energies, Group, Quantities, energies, groups
 
 #: A pivot this small against 1 is not certain in floating point.
 _DOUBTFUL = 1e-6
@@ -24,12 +26,8 @@ _DIGITS, _STEP, _ZERO, _NOISE = 100, 1e-20, 1e-14, 1e-90
 _SIZES = (0.1, 1.0, 0.01, 10.0, 1e-3, 100.0)
 #: Points at which a pivot must vanish, with none where it does not, to vanish by structure.
 _WITNESSES = 3
-#: Terms of T that stand in one row: Python reads no more than some 3000.
-_LONGEST_SUM = 1000
 
-Quantities = Mapping[Symbol, Expr]
 Matrix = list[list[Any]]
-Energy = Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -57,17 +55,16 @@ def inertia(
     quantities = {symbol: cases(expression) for symbol, expression in quantities.items()}
     used = set(kinetic_energy.free_symbols).union(*(expression.free_symbols for expression in quantities.values()))
     others = sorted(used - set(velocities) - quantities.keys(), key=str)
-    arguments, pairs = [*velocities, *others], _coupled(kinetic_energy, velocities, quantities)
-    fast = _energy_function(kinetic_energy, arguments, quantities, "math")
-    slow: Energy | None = None
+    arguments, parts = [*velocities, *others], groups(kinetic_energy, velocities, quantities)
+    fast = energies(parts, arguments, quantities, "math")
+    slow: Energies | None = None
     found: list[Inertia] = []
     for point in _points(len(velocities), others, defaults):
-        quick = _difference(fast, point, len(velocities), pairs) if _is_quadratic(fast, point) else None
-        verdict = _certain(quick)
+        verdict = _certain(_blocks(fast, point, parts) if _is_quadratic(fast, point) else None)
         if verdict is None:
-            slow = slow or _energy_function(kinetic_energy, arguments, quantities, "mpmath")
+            slow = slow or energies(parts, arguments, quantities, "mpmath")
             with mpmath.workdps(_DIGITS):
-                verdict = _exact(_difference(slow, _precise(point), len(velocities), pairs))
+                verdict = _exact(_blocks(slow, _precise(point), parts))
         if verdict is not None and not verdict.massless:
             return verdict
         found += [verdict] if verdict is not None else []
@@ -105,30 +102,47 @@ def _precise(point: _Point) -> _Point:
     return _Point(tuple(map(convert, point.velocities)), tuple(map(convert, point.others)), convert(point.step) * _STEP)
 
 
-def _difference(energy: Energy, point: _Point, n: int, pairs: set[tuple[int, int]]) -> tuple[Matrix, Any] | None:
-    """M, and the greatest value of T that went into it; None where T has no value."""
-    greatest: Any = 0.0
+@dataclass(frozen=True)
+class _Block:
+    """M of a group, and the greatest value of T that went into it against the square of the step."""
 
-    def at(*moved: int) -> Any:
-        nonlocal greatest
+    velocities: tuple[int, ...]
+    matrix: Matrix
+    size: Any
+
+
+def _blocks(energy: Energies, point: _Point, parts: Sequence[Group]) -> list[_Block] | None:
+    """M of every group, by differences; None where T has no value."""
+    greatest: list[Any] = [0.0] * len(parts)
+
+    def at(moved: Sequence[tuple[int, ...]]) -> list[Any]:
+        """T of every group, with the velocities at these places of it moved, each by a step."""
         v = list(point.velocities)
-        for k in moved:
-            v[k] += point.step
-        value = energy(*v, *point.others)
-        greatest = max(greatest, abs(value))
-        return value
+        for group, places in zip(parts, moved, strict=True):
+            for place in places:
+                v[group.velocities[place]] += point.step
+        values = energy(*v, *point.others)
+        greatest[:] = map(max, greatest, map(abs, values))
+        return values
 
     try:
-        base, single = at(), [at(k) for k in range(n)]
-        matrix = [[point.step * 0] * n for _ in range(n)]
-        for k, j in pairs:
-            matrix[k][j] = matrix[j][k] = (at(k, j) - single[k] - single[j] + base) / point.step**2
+        base = at([()] * len(parts))
+        largest = range(max((len(group.velocities) for group in parts), default=0))
+        single = [at([(k,) if k < len(group.velocities) else () for group in parts]) for k in largest]
+        rounds = range(max((len(group.pairs) for group in parts), default=0))
+        double = [at([group.pairs[r] if r < len(group.pairs) else () for group in parts]) for r in rounds]
+        matrices = [[[point.step * 0] * len(group.velocities) for _ in group.velocities] for group in parts]
+        for i, (group, matrix) in enumerate(zip(parts, matrices, strict=True)):
+            for (k, j), values in zip(group.pairs, double, strict=False):
+                entry = (values[i] - single[k][i] - single[j][i] + base[i]) / point.step**2
+                matrix[k][j] = matrix[j][k] = entry
     except (ArithmeticError, ValueError, TypeError):
         return None
-    entries = [base, greatest, *(value for row in matrix for value in row)]
+    entries = [*base, *greatest, *(value for matrix in matrices for row in matrix for value in row)]
     if not all(map(_is_real, entries)):
         return None
-    return matrix, greatest / point.step**2
+    found = zip(parts, matrices, greatest, strict=True)
+    return [_Block(group.velocities, matrix, value / point.step**2) for group, matrix, value in found]
 
 
 def _is_real(value: Any) -> bool:
@@ -139,64 +153,40 @@ def _is_real(value: Any) -> bool:
     )
 
 
-def _is_quadratic(energy: Energy, point: _Point) -> bool:
+def _is_quadratic(energy: Energies, point: _Point) -> bool:
     """Whether third differences vanish along a line through the velocities, so that second ones are the derivatives."""
     try:
         lines = [[(i + 2) * v + point.step * i for v in point.velocities] for i in range(4)]
-        a, b, c, d = (energy(*line, *point.others) for line in lines)
+        a, b, c, d = (sum(energy(*line, *point.others)) for line in lines)
     except (ArithmeticError, ValueError, TypeError):
         return False
     return bool(abs(d - 3 * c + 3 * b - a) <= 1e-12 * max(map(abs, (a, b, c, d))))
 
 
-def _certain(found: tuple[Matrix, float] | None) -> Inertia | None:
+def _certain(blocks: Sequence[_Block] | None) -> Inertia | None:
     """Regular by floating point, or None where only more digits, or another point, can tell."""
-    if found is None:
+    return Inertia() if blocks is not None and all(map(_is_regular, blocks)) else None
+
+
+def _is_regular(block: _Block) -> bool:
+    least = min((row[k] for k, row in enumerate(block.matrix)), default=1.0)
+    return least > 0.0 and 1e-13 * block.size <= _DOUBTFUL * least and not _massless(block.matrix, _DOUBTFUL)
+
+
+def _exact(blocks: Sequence[_Block] | None) -> Inertia | None:
+    """The first motion without kinetic energy, if there is one; None where T has no value."""
+    if blocks is None:
         return None
-    matrix, size = found
-    least = min((matrix[k][k] for k in range(len(matrix))), default=0.0)
-    if least <= 0.0 or 1e-13 * size > _DOUBTFUL * least:
-        return None
-    return None if _massless(matrix, _DOUBTFUL) else Inertia()
-
-
-def _exact(found: tuple[Matrix, Any] | None) -> Inertia | None:
-    if found is None:
-        return None
-    matrix = [[value if abs(value) > _NOISE * found[1] else 0 * value for value in row] for row in found[0]]
-    motion = _massless(matrix, _ZERO)
-    if not motion:
-        return Inertia()
-    largest = max(map(abs, motion))
-    indices = tuple(k for k, share in enumerate(motion) if abs(share) > _ZERO * largest)
-    resisting = max(abs(sum(row[j] * motion[j] for j in indices)) for row in matrix)
-    greatest = max(abs(value) for row in matrix for value in row)
-    return Inertia(indices, singular=resisting <= _ZERO * greatest * largest)
-
-
-def _coupled(kinetic_energy: Expr, velocities: Sequence[Symbol], quantities: Quantities) -> set[tuple[int, int]]:
-    """Pairs of velocities that meet in one term of T; all other entries of the mass matrix are zero."""
-    reach: dict[Symbol, set[int]] = {velocity: {k} for k, velocity in enumerate(velocities)}
-    for symbol, expression in quantities.items():
-        reach[symbol] = set().union(*(reach.get(part, ()) for part in expression.free_symbols))
-    pairs: set[tuple[int, int]] = set()
-    for term in Add.make_args(kinetic_energy):
-        together = set().union(*(reach.get(part, ()) for part in term.free_symbols))
-        pairs.update((k, j) for k in together for j in together if j <= k)
-    return pairs
-
-
-def _energy_function(
-    kinetic_energy: Expr, arguments: Sequence[Symbol], quantities: Quantities, modules: str
-) -> Callable[..., Any]:
-    """T as a Python function; the quantities it uses go in as assignments, in order, instead of being substituted."""
-    assignments = list(quantities.items())
-    held = (value.func for each in (kinetic_energy, *quantities.values()) for value in each.atoms(Value))
-    tables = {function.__name__: function.at for function in held}
-    terms = Add.make_args(kinetic_energy)
-    parts = [Add(*terms[k : k + _LONGEST_SUM]) for k in range(0, len(terms), _LONGEST_SUM)]
-    values = lambdify(arguments, parts, modules=[tables, modules], cse=lambda terms: (assignments, terms))
-    return lambda *point: sum(values(*point))
+    for block in blocks:
+        matrix = [[value if abs(value) > _NOISE * block.size else 0 * value for value in row] for row in block.matrix]
+        if motion := _massless(matrix, _ZERO):
+            largest = max(map(abs, motion))
+            moving = [k for k, share in enumerate(motion) if abs(share) > _ZERO * largest]
+            resisting = max(abs(sum(row[j] * motion[j] for j in moving)) for row in matrix)
+            greatest = max(abs(value) for row in matrix for value in row)
+            indices = tuple(block.velocities[k] for k in moving)
+            return Inertia(indices, singular=resisting <= _ZERO * greatest * largest)
+    return Inertia()
 
 
 def _massless(matrix: Matrix, zero: float) -> list[Any]:

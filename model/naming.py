@@ -2,6 +2,7 @@
 
 import keyword
 import re
+from functools import cache
 
 from sympy import Symbol
 
@@ -16,7 +17,12 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 def dotted(symbol: Symbol) -> Symbol:
     """The symbol of the time derivative: q_6 -> qdot_6 -> qddot_6, theta -> thetadot; prints as a dot in LaTeX."""
-    base, underscore, index = symbol.name.partition("_")
+    return _dotted(symbol.name)
+
+
+@cache
+def _dotted(name: str) -> Symbol:
+    base, underscore, index = name.partition("_")
     dotted_base = base.removesuffix("dot") + "ddot" if base.endswith("dot") and base != "dot" else base + "dot"
     return Symbol(dotted_base + underscore + index)
 

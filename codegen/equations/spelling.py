@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
+from functools import lru_cache
 
 #: Greek letters by name; the capitals are those that differ from Latin ones.
 GREEK = {
@@ -36,7 +37,7 @@ class Spelling:
 def spelling(name: str, declared: Set[str] = frozenset()) -> Spelling:
     """Read a name. `declared` names may carry dots though they are words: heavedot, where heave is declared."""
     base, *rest = (part for part in name.split("_") if part)
-    stem, dots = _undotted(base, {other.partition("_")[0] for other in declared} if "dot" in base else frozenset())
+    stem, dots = _undotted(base, _stems(frozenset(declared)) if "dot" in base else frozenset())
     stem = _SHORT.get(stem, stem)
     if numbered := _NUMBERED.match(stem):
         return Spelling(numbered[1], dots, (numbered[2], *rest))
@@ -54,6 +55,11 @@ def alike(names: Iterable[str], declared: Set[str] = frozenset()) -> Iterator[tu
         earlier = seen.setdefault(spelling(name, declared), name)
         if earlier != name:
             yield earlier, name
+
+
+@lru_cache(maxsize=2)
+def _stems(declared: frozenset[str]) -> frozenset[str]:
+    return frozenset(name.partition("_")[0] for name in declared)
 
 
 def _undotted(base: str, declared: Set[str]) -> tuple[str, int]:

@@ -1,0 +1,84 @@
+"""Kinetic energy by groups of velocities that it couples with each other: each group has a block of the mass matrix."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import Any
+
+from sympy import Add, Expr, Symbol, lambdify
+
+from qddot.model.table import Value
+
+#: Terms of T that stand in one row: Python reads no more than some 3000.
+_LONGEST_SUM = 1000
+
+Quantities = Mapping[Symbol, Expr]
+#: The part of T that each group of velocities has, of velocities and others.
+Energies = Callable[..., list[Any]]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Velocities that T couples, rising, with its terms; pairs: places of two of them that meet in a term."""
+
+    velocities: tuple[int, ...]
+    terms: tuple[Expr, ...]
+    pairs: tuple[tuple[int, int], ...]
+
+
+def groups(kinetic_energy: Expr, velocities: Sequence[Symbol], quantities: Quantities) -> list[Group]:
+    """The velocities in groups that no term of T couples with another; all other entries of M are zero."""
+    reach: dict[Symbol, set[int]] = {velocity: {k} for k, velocity in enumerate(velocities)}
+    for symbol, expression in quantities.items():
+        reach[symbol] = _reached(expression, reach)
+    terms = [(term, _reached(term, reach) or {0}) for term in Add.make_args(kinetic_energy)]
+    leader = list(range(len(velocities)))  # a velocity of the same group with a lower index, itself if it is the first
+
+    def first(k: int) -> int:
+        while leader[k] != k:
+            leader[k] = k = leader[leader[k]]
+        return k
+
+    for _, together in terms:
+        heads = {first(k) for k in together}
+        for k in heads:
+            leader[k] = min(heads)
+    members: dict[int, list[int]] = {}
+    for k in range(len(velocities)):
+        members.setdefault(first(k), []).append(k)
+    place = {k: i for found in members.values() for i, k in enumerate(found)}
+    held: dict[int, list[Expr]] = {head: [] for head in members}
+    pairs: dict[int, set[tuple[int, int]]] = {head: set() for head in members}
+    for term, together in terms:
+        head = first(min(together))
+        held[head].append(term)
+        pairs[head].update((place[k], place[j]) for k in together for j in together if j <= k)
+    return [Group(tuple(found), tuple(held[k]), tuple(sorted(pairs[k]))) for k, found in members.items()]
+
+
+def _reached(expression: Expr, reach: Mapping[Symbol, set[int]]) -> set[int]:
+    """The velocities that an expression depends on."""
+    return set().union(*(reach.get(part, ()) for part in expression.free_symbols))
+
+
+def energies(found: Sequence[Group], arguments: Sequence[Symbol], quantities: Quantities, modules: str) -> Energies:
+    """T of every group as a Python function; what quantities stand for is assigned in it, in order, not substituted."""
+    assignments = list(quantities.items())
+    terms = [term for group in found for term in group.terms]
+    tables = {
+        value.func.__name__: value.func.at for each in (*terms, *quantities.values()) for value in each.atoms(Value)
+    }
+    parts = [Add(*part) for group in found for part in _rows(group.terms)]
+    ends = list(accumulate((len(list(_rows(group.terms))) for group in found), initial=0))
+    values = lambdify(arguments, parts, modules=[tables, modules], cse=lambda terms: (assignments, terms))
+
+    def parts_of(*point: Any) -> list[Any]:
+        rows = values(*point)
+        return [sum(rows[start:end]) for start, end in pairwise(ends)]
+
+    return parts_of
+
+
+def _rows(terms: Sequence[Expr]) -> Iterator[Sequence[Expr]]:
+    """Terms in rows that Python reads."""
+    return (terms[k : k + _LONGEST_SUM] for k in range(0, len(terms), _LONGEST_SUM))
