@@ -14,15 +14,14 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numba.core.errors import NumbaError
 from numpy.typing import ArrayLike, NDArray
 
 from qddot import generated
 from qddot.runner import abi, notebook
 from qddot.runner.checks import finite, finite_state, shown, unknown
-from qddot.runner.machine.compiled import ARITHMETIC, keeping_code, keeping_module
-from qddot.runner.machine.straight import straight
+from qddot.runner.machine.compiled import keeping_module
+from qddot.runner.machine.kernel import Kernel, compiled_kernel
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.read_tables import LoadError, read_tables
 from qddot.runner.stale import fitting, kernel_digest
@@ -86,22 +85,22 @@ class Model:
         return self.state_names[: self.tables.coordinates]
 
     @cached_property
-    def _kernels(self) -> dict[str, Any]:
+    def _kernels(self) -> dict[str, Kernel]:
         """Those compiled so far."""
         return {}
 
-    def kernel(self, name: str) -> Any:
+    def kernel(self, name: str) -> Kernel:
         """The kernel of this name, compiled for the calling convention; a LoadError where it does not compile."""
         if name in self._kernels:
             return self._kernels[name]
         if name not in abi.SIGNATURES or not hasattr(self.module, name):
             raise LoadError(f"model {self.name}: {unknown('kernel', name, abi.SIGNATURES)}")
         try:
-            kernel = _compiled(getattr(self.module, name), abi.SIGNATURES[name])
+            made = compiled_kernel(getattr(self.module, name), abi.SIGNATURES[name])
         except NumbaError as error:
             raise LoadError(f"model {self.name}: kernel {name!r} does not compile:\n{error}") from None
-        self._kernels[name] = kernel
-        return kernel
+        self._kernels[name] = made
+        return made
 
     def matrix(self, name: str) -> PlacedKernel:
         """The kernel of this name that writes a matrix, with the places of what it writes; raises as `kernel` does."""
@@ -182,17 +181,6 @@ class Model:
         zeros = [parameter.name for parameter, value in zip(self.tables.parameters, p, strict=True) if value == 0]
         named = [name for name in zeros if f"_{name}_" in f"_{constant}_"]
         return f"; zero: {', '.join(named or zeros)}" if zeros else "; a parameter is too large or too small"
-
-
-def _compiled(kernel: Any, signature: Any) -> Any:
-    """A module's function compiled: by instructions where its text is a straight line, by numba where it is not."""
-    with keeping_code(Path(kernel.py_func.__code__.co_filename)):
-        quick = njit(cache=True, **ARITHMETIC)(straight(kernel.py_func))
-    with contextlib.suppress(NumbaError):
-        quick.compile(signature)
-        return quick
-    kernel.compile(signature)
-    return kernel
 
 
 def _set_and_overrides(parameters: Parameters) -> tuple[str | None, Mapping[str, float]]:

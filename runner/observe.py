@@ -98,14 +98,18 @@ def fill(outputs, energy, n_outputs, n_energies, table, reader, t, states, c, pl
     u, y, e = np.zeros(max(1, channels)), np.zeros(max(1, n_outputs)), np.zeros(n_energies)
     for i in range(len(t)):
         evaluate(table, reader, t[i], t[i], channels, u)
-        row[:n] = states[i]
-        row[n + n_outputs : n + n_outputs + channels] = u[:channels]
         if outputs != 0:
             call_kernel(outputs, t[i], states[i], u, c, y)
-            row[n : n + n_outputs] = y[:n_outputs]
         if energy != 0:
             call_kernel(energy, t[i], states[i], u, c, e)
-            row[n + n_outputs + channels :] = e
+        for k in range(n):
+            row[k] = states[i, k]
+        for k in range(n_outputs):
+            row[n + k] = y[k]
+        for k in range(channels):
+            row[n + n_outputs + k] = u[k]
+        for k in range(n_energies):
+            row[n + n_outputs + channels + k] = e[k]
         for j in range(len(places)):
             values[i, j] = row[places[j]]
 

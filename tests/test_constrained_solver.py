@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from qddot.runner.machine.constrained import accelerations, blank, derivatives, equations, report, work_size
+from qddot.runner.machine.constrained import accelerations, blank, derivatives, equations, report
+from qddot.runner.machine.constrained_work import work_size
 
 
 @njit
@@ -16,7 +17,7 @@ def solve_and_report(M, G, right, residuals, q, work, told, reactions):
 
 @njit
 def solve_columns(G, work, forces, drifts, values):
-    derivatives(G, work, forces, drifts, values[7:])
+    derivatives(G, work, forces, drifts, values[7:], 0)
 
 
 def solved(M, G, f, gamma, residuals=None, q=None):

@@ -16,6 +16,8 @@ from qddot.runner import abi
 from qddot.runner.frame.events import Event, EventLog, OutputCrossing
 from qddot.runner.frame.output_times import check_within
 from qddot.runner.inputs.signal import C0, PHASE, InputTable
+from qddot.runner.machine.kernel import Kernel
+from qddot.runner.machine.memory import BY_ADDRESS
 from qddot.runner.machine.pointers import EVENT_SIGNATURE, call_event, call_kernel, call_matrix_kernel, pointer
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
@@ -141,4 +143,4 @@ def cover(function: Any, kind: str) -> Any:
         for i in range(len(result)):
             result[i] = sign * result[i]
 
-    return njit(abi.VECTOR_KERNEL)(kernel)
+    return Kernel(njit(abi.VECTOR_KERNEL, **BY_ADDRESS)(kernel), abi.VECTOR_KERNEL)

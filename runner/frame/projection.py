@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.constrained import compiled_work_size, distance, factorize, magnitude, solve, work_size
+from qddot.runner.machine.constrained_factors import distance, factorize, magnitude, solve
+from qddot.runner.machine.constrained_work import compiled_work_size, work_size
 from qddot.runner.machine.memory import LEAN, VIEW, address, floats, layout, matrix, record_at
 from qddot.runner.machine.pointers import call_kernel, calling, pointer
 from qddot.runner.matrices import scatter

@@ -74,7 +74,8 @@ def find_parts(where, time, able, t, x, beside, c, parts):
     for i in range(len(t)):
         u = floats(first_item(beside) + 8 * (beside.shape[1] * i + 1), beside.shape[1] - 1)
         call_kernel(its[MODES], t[i], x[i], u, c, values)
-        flags[:] = able
+        for k in range(count):
+            flags[k] = able[k]
         combine(t[i], x[i], u, c, rest)
         for k in range(count):
             flags[k] = flags[k] != 0 and pull[k] < 0.0 and abs(values[k]) <= -time * pull[k]

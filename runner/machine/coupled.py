@@ -11,11 +11,12 @@ what it is.
 
 from typing import Any
 
+from numba import types
 from numba.extending import intrinsic
 
-from qddot.runner.machine.compiled import compiled
+from qddot.runner.abi import MATRIX, VECTOR
 from qddot.runner.machine.constrained_work import blank, tuple_of
-from qddot.runner.machine.memory import LEAN
+from qddot.runner.machine.pointers import by_name
 
 __all__ = ["blank", "coupled", "decoupled", "slopes"]
 
@@ -27,7 +28,7 @@ def coupled(typing_context: Any, n: Any) -> Any:
     return tuple_of(((rows, rows), (rows,)), n)
 
 
-@compiled(**LEAN)
+@by_name(types.void(MATRIX, VECTOR))
 def decoupled(M, right):
     """Overwrite f (n,) with a; the factors take the place of M, reciprocals of D that of its diagonal."""
     n = len(right)
@@ -46,7 +47,7 @@ def decoupled(M, right):
         right[s] = value * M[s, s]
 
 
-@compiled(**LEAN)
+@by_name(types.void(MATRIX, MATRIX, VECTOR, types.int64))
 def slopes(M, forces, values, start):
     """Write derivatives of accelerations (n, columns), row by row, to `values` from `start` on, after `decoupled`.
 

@@ -7,6 +7,7 @@ caller keeps the arrays alive; nothing here checks bounds.
 """
 
 import ctypes
+from inspect import Parameter, Signature
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,19 @@ _MATRIX = types.Array(types.float64, 2, "C")
 
 #: Untyped: what a compiled caller hands over is not what the typing function below it takes.
 intrinsic: Any = numba_intrinsic
+
+
+def intrinsic_of(count: int, typed: Any) -> Any:
+    """An intrinsic of so many arguments from a function of any number of types, which gives the type and the code."""
+
+    def definition(typing_context: Any, *kinds: Any) -> Any:
+        return typed(*kinds)
+
+    names = ["typing_context", *(f"argument_{k}" for k in range(count))]
+    # What numba asks for the number of arguments, which an intrinsic cannot leave open.
+    definition.__signature__ = Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names])  # type: ignore[attr-defined]
+    return intrinsic(definition)
+
 
 #: Options of numba for functions that allocate nothing and return no array: no reference counts.
 LEAN: dict[str, Any] = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}

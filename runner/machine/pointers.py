@@ -1,17 +1,20 @@
-"""Calls of jitted functions by address.
+"""Calls of jitted functions by address, or by name.
 
 A driver that takes a kernel as an address compiles once for all models, like one that takes it as a declared
 FunctionType; but handing over a FunctionType costs 0.2 ms a kernel and call of the driver, an address nothing.
 """
 
+from types import FunctionType
 from typing import Any
 
+from llvmlite import binding
 from numba import types
 from numba.core import cgutils
 
 from qddot.runner import abi
 from qddot.runner.checks import shown
-from qddot.runner.machine.memory import intrinsic
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BY_ADDRESS, intrinsic, intrinsic_of
 
 EVENT_SIGNATURE = types.float64(abi.SCALAR, abi.VECTOR, abi.VECTOR, abi.VECTOR)
 
@@ -50,14 +53,17 @@ def caller(signature: Any) -> Any:
     def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
         kind = context.call_conv.get_function_type(signature.return_type, signature.args)
         where = builder.inttoptr(arguments[0], kind.as_pointer())
-        status, result = context.call_conv.call_function(
-            builder, where, signature.return_type, signature.args, arguments[1:]
-        )
-        with builder.if_then(status.is_error, likely=False):
-            context.call_conv.return_status_propagate(builder, status)
-        return result
+        return _checked_call(context, builder, where, signature, arguments[1:])
 
     return signature.return_type(types.int64, *signature.args), emit
+
+
+def _checked_call(context: Any, builder: Any, where: Any, signature: Any, arguments: Any) -> Any:
+    """A call of a function of this signature that fails where that does."""
+    status, result = context.call_conv.call_function(builder, where, signature.return_type, signature.args, arguments)
+    with builder.if_then(status.is_error, likely=False):
+        context.call_conv.return_status_propagate(builder, status)
+    return result
 
 
 def calling(signature: Any) -> Any:
@@ -72,6 +78,28 @@ def calling(signature: Any) -> Any:
         return signature.return_type(types.int64, types.BaseTuple.from_types(signature.args)), emit
 
     return call
+
+
+def by_name(signature: Any) -> Any:
+    """A function of the runner compiled on its own, which generated kernels call by its name.
+
+    They would be compiled with all of it, each of them, otherwise. Whoever imports the function makes its name known,
+    and so can load what was compiled with it before. Raises ValueError as `pointer` does.
+    """
+
+    def decorate(function: FunctionType) -> Any:
+        name = f"{function.__module__}.{function.__qualname__}"
+        made = compiled(signature, **BY_ADDRESS)(function)
+        binding.add_symbol(name, pointer(made, signature, name))
+
+        def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
+            kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+            where = cgutils.get_or_insert_function(builder.module, kind, name)
+            return _checked_call(context, builder, where, signature, arguments)
+
+        return intrinsic_of(len(signature.args), lambda *kinds: (signature, emit))
+
+    return decorate
 
 
 @intrinsic

@@ -16,7 +16,7 @@ from typing import Any
 from numba import types
 from numba.core.errors import TypingError
 
-from qddot.runner.machine.memory import intrinsic
+from qddot.runner.machine.memory import intrinsic_of
 from qddot.runner.machine.straight_code import StraightCode, StrayError, check
 
 
@@ -28,7 +28,7 @@ def straight(function: FunctionType, space: Mapping[str, Any] | None = None, *, 
     however long it is. It lies where the function lies, so that numba keeps it in that place; the text is not read
     before it is compiled.
     """
-    template, _ = _OF_ARGUMENTS[function.__code__.co_argcount]
+    template = _OF_ARGUMENTS[function.__code__.co_argcount]
     code = template.__code__.replace(
         co_filename=function.__code__.co_filename,
         co_firstlineno=function.__code__.co_firstlineno,
@@ -52,12 +52,7 @@ def _five(a, b, c, d, e):
     instructions(a, b, c, d, e)  # noqa: F821
 
 
-#: By the number of arguments: the function, and what gives the types of `instructions` from a function of any number.
-_OF_ARGUMENTS: dict[int, tuple[Any, Callable[[Any], Any]]] = {
-    2: (_two, lambda typed: lambda typing_context, a, b: typed(a, b)),
-    3: (_three, lambda typed: lambda typing_context, a, b, c: typed(a, b, c)),
-    5: (_five, lambda typed: lambda typing_context, a, b, c, d, e: typed(a, b, c, d, e)),
-}
+_OF_ARGUMENTS: dict[int, Any] = {2: _two, 3: _three, 5: _five}
 
 
 def _instructions(function: FunctionType, names: Mapping[str, Any], *, whole: bool) -> Any:
@@ -84,8 +79,7 @@ def _instructions(function: FunctionType, names: Mapping[str, Any], *, whole: bo
 
         return types.void(*kinds), emit
 
-    _, of_arguments = _OF_ARGUMENTS[function.__code__.co_argcount]
-    return intrinsic(of_arguments(typed))
+    return intrinsic_of(function.__code__.co_argcount, typed)
 
 
 @cache
