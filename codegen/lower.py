@@ -23,7 +23,7 @@ from qddot.codegen.rewrite import Names
 from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
 from qddot.codegen.skeleton import MATRICES, reserved, taken
-from qddot.codegen.zeros import without_zeros
+from qddot.codegen.zeros import Point, without_zeros
 from qddot.model.contents import declared
 from qddot.model.system import ModelError
 
@@ -138,6 +138,7 @@ class _Lowering:
         self.reads: frozenset[Any] = frozenset(base) | (equations.solution if solves else frozenset())
         self.assignments: tuple[Assignment, ...] = ()
         self._simplified: dict[Any, Any] = {}
+        self._point = Point()
         self._assign(self.drafts.parameter_assignments)
 
     def rhs(self) -> Kernel:
@@ -168,7 +169,7 @@ class _Lowering:
         temporaries = tuple(item for item in draft.temporaries if item[0] not in reads)
         known = {expression: symbol for symbol, expression in self.assignments}
         kernel = inline(prune(Kernel(reads, temporaries, draft.writes)), self.author, self.derivatives)
-        return optimize(kernel, self.author, known, self.names.copy(), self._simplified)
+        return optimize(kernel, self.author, known, self.names.copy(), self._simplified, self._point)
 
     def positions(self) -> Kernel:
         """Where inputs act: read from the parameters alone, before there are constants."""
@@ -187,14 +188,15 @@ def optimize(
     known: Mapping[Any, Any],
     names: Names,
     memo: dict[Any, Any] | None = None,
+    point: Point | None = None,
 ) -> Kernel:
     """All rules in their order.
 
     author: quantities that keep their names and places. known: expression -> the constant that has its value. memo: see
-    `simplify`, of kernels with the same constants.
+    `simplify`, of kernels with the same constants. point: see `without_zeros`.
     """
     kernel = inline(prune(kernel), author)
-    if (fewer := without_zeros(kernel)) is not kernel:
+    if (fewer := without_zeros(kernel, point)) is not kernel:
         kernel = inline(prune(fewer), author)
     kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect, front), memo)
     kernel = inline(share(kernel, names, known), author)

@@ -1,7 +1,7 @@
 """Rules that keep the values and save operations: some Kernel -> Kernel, some local, node -> node."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import symengine as se
@@ -46,7 +46,7 @@ def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozense
     """
     if not kernel.temporaries:
         return kernel
-    uses = _uses(kernel.expressions)
+    single = _single(kernel.expressions)
     values: dict[Any, Any] = {}
     kept: list[Assignment] = []
 
@@ -56,7 +56,7 @@ def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozense
 
     for symbol, expression in kernel.temporaries:
         value = settle(expression)
-        once = uses[symbol] == 1 and (symbol in mere or operations(value) <= _SHORT)
+        once = symbol in single and (symbol in mere or operations(value) <= _SHORT)
         if symbol not in keep and (once or is_signed_symbol(value)):
             values[symbol] = value
         else:
@@ -165,21 +165,21 @@ def folded(known: Mapping[Any, Any]) -> Change:
     return change
 
 
-def _uses(expressions: Sequence[Any]) -> Counter[Any]:
-    """How often each node occurs in expressions: as often as it is written out there."""
-    met: dict[Any, tuple[Any, ...]] = {}  # each node behind those that it is made of
+def _single(parts: Iterable[Any]) -> frozenset[Any]:
+    """The symbols that stand in only one of these expressions, and there once as it is written out."""
+    met, again = set[Any](), set[Any]()
+    for part in parts:
+        held, once = symbols_of(part), _once(part)
+        again |= met & held
+        if once is not held:
+            again |= held - once
+        met |= held
+    return frozenset(met - again)
 
-    def meet(node: Any) -> None:
-        if node not in met:
-            parts = operands(node)[:1] if is_square(node) else operands(node)
-            for part in parts:
-                meet(part)
-            met[node] = parts
 
-    for expression in expressions:
-        meet(expression)
-    uses = Counter(expressions)
-    for node, parts in reversed(met.items()):
-        for part in parts:
-            uses[part] += 2 * uses[node] if is_square(node) else uses[node]
-    return uses
+@remembered
+def _once(node: Any) -> frozenset[Any]:
+    """The symbols that stand in an expression once as it is written out; all of them are `symbols_of` it itself."""
+    held, parts = symbols_of(node), operands(node)
+    found = frozenset[Any]() if is_square(node) else _single(parts) if parts else held
+    return held if len(found) == len(held) else found

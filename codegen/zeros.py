@@ -6,7 +6,7 @@ other than sine, cosine and tangent are symbols to both, so nothing is proven by
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from random import Random
 from typing import Any
 
@@ -14,7 +14,7 @@ import symengine as se
 
 from qddot.codegen.canonical import AlgebraError, canonical
 from qddot.codegen.identities import spread
-from qddot.codegen.kernel import Assignment, Kernel
+from qddot.codegen.kernel import Kernel
 from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.rewrite import is_number, replaced
 
@@ -27,33 +27,39 @@ _MOST_ROUNDS = 4
 _WAVES = {"sin": math.sin, "cos": math.cos, "tan": math.tan}
 
 
-def without_zeros(kernel: Kernel) -> Kernel:
-    """The kernel without the sums, and the pairs of terms in sums, that vanish whatever its reads are."""
+def without_zeros(kernel: Kernel, point: "Point | None" = None) -> Kernel:
+    """The kernel without the sums, and the pairs of terms in sums, that vanish whatever its reads are.
+
+    point: of kernels in which a symbol means the same, each of its nodes then being looked at once.
+    """
+    point = Point() if point is None else point
     for _ in range(_MOST_ROUNDS):
-        if not (found := _proven(kernel.temporaries, [expression for _, expression in kernel.writes])):
+        if not (found := _proven(kernel, point)):
             return kernel
         memo: dict[Any, Any] = {}
-        temporaries = [(symbol, replaced(expression, found, memo)) for symbol, expression in kernel.temporaries]
-        writes = [(slot, replaced(expression, found, memo)) for slot, expression in kernel.writes]
-        kernel = kernel.replace(temporaries, writes)
+
+        def left(expression: Any, found: Mapping[Any, Any] = found, memo: dict[Any, Any] = memo) -> Any:
+            return replaced(expression, found, memo) if found.keys() & point.suspects(expression) else expression
+
+        temporaries = [(symbol, left(expression)) for symbol, expression in kernel.temporaries]
+        kernel = kernel.replace(temporaries, [(slot, left(expression)) for slot, expression in kernel.writes])
     return kernel
 
 
-def _proven(temporaries: Sequence[Assignment], others: Sequence[Any]) -> dict[Any, Any]:
+def _proven(kernel: Kernel, point: "Point") -> dict[Any, Any]:
     """Sums that are or hold zeros -> what is left of them."""
-    point = _Point()
-    for symbol, expression in temporaries:
-        point.values[symbol] = point.at(expression)
-    for expression in others:
-        point.at(expression)
-    definitions = dict(temporaries)
+    for symbol, expression in kernel.temporaries:
+        point.assign(symbol, expression)
+    totals = {total: None for expression in kernel.expressions for total in point.suspects(expression)}
+    definitions = dict(kernel.temporaries)
     found: dict[Any, Any] = {}
-    for total in point.small:
-        if _is_zero(total, definitions):
+    for total in totals:
+        pairs = point.pairs[total]
+        if not pairs and _is_zero(total, definitions):
             found[total] = se.Integer(0)
-    for total, one, other in point.pairs:
-        if total not in found and _is_zero(one + other, definitions):
-            found[total] = se.Add(*(term for term in operands(total) if term not in (one, other)))
+        for one, other in pairs:
+            if total not in found and _is_zero(one + other, definitions):
+                found[total] = se.Add(*(term for term in operands(total) if term not in (one, other)))
     return found
 
 
@@ -73,20 +79,38 @@ def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
         expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
 
 
-class _Point:
-    """Values of nodes at a random point. small: sums that may be zero. pairs: (sum, a term, its opposite perhaps)."""
+class Point:
+    """Values of nodes at a random point, the same for all kernels in which a symbol means the same.
+
+    pairs: sums that may be zero, or have pairs of terms that may cancel -> those pairs, none of the former.
+    """
 
     def __init__(self) -> None:
         self._chance = Random(3)
-        self.values: dict[Any, float] = {}
-        self.small: list[Any] = []
-        self.pairs: list[tuple[Any, Any, Any]] = []
+        self._values: dict[Any, float] = {}
+        self._suspects: dict[Any, tuple[Any, ...]] = {}
+        self.pairs: dict[Any, list[tuple[Any, Any]]] = {}
+
+    def assign(self, symbol: Any, expression: Any) -> None:
+        """Let a symbol have the value of an expression."""
+        value = self.at(expression)
+        self._values.setdefault(symbol, value)
+
+    def suspects(self, expression: Any) -> tuple[Any, ...]:
+        """The sums in an expression that have `pairs`, innermost first."""
+        self.at(expression)
+        return self._suspects.get(expression, ())
 
     def at(self, node: Any) -> float:
         """The value of a node; what is no arithmetic has one of its own."""
-        value = self.values.get(node)
+        value = self._values.get(node)
         if value is None:
-            value = self.values[node] = self._value(node, [self.at(part) for part in operands(node)])
+            parts = operands(node)
+            value = self._values[node] = self._value(node, [self.at(part) for part in parts])
+            inside = [self._suspects[part] for part in parts if part in self._suspects]
+            if inside or node in self.pairs:
+                own = (node,) if node in self.pairs else ()
+                self._suspects[node] = tuple(dict.fromkeys((*chain.from_iterable(inside), *own)))
         return value
 
     def _value(self, node: Any, parts: list[float]) -> float:
@@ -106,9 +130,9 @@ class _Point:
     def _sum(self, node: Any, parts: list[float]) -> float:
         value = sum(parts)
         if abs(value) <= _SMALL * sum(map(abs, parts)):
-            self.small.append(node)
-        elif len(parts) > 2:
-            self.pairs += ((node, *pair) for pair in _opposites(operands(node), parts))
+            self.pairs[node] = []
+        elif len(parts) > 2 and (pairs := list(_opposites(operands(node), parts))):
+            self.pairs[node] = pairs
         return value
 
 
