@@ -19,6 +19,7 @@ from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.tex import tex
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
+from qddot.codegen.nodes import forget
 from qddot.codegen.render import module
 from qddot.codegen.sources import Source
 from qddot.codegen.wall import check_module
@@ -73,10 +74,13 @@ def artefacts(system: System, source: str, files: Mapping[str, str] = MappingPro
         equations = derive(system)
         try:
             kernels = module(lower(equations), source, [origin.line(*each) for each in files.items()])
+            forget()  # what is known of their nodes takes as much memory as to read the text
             check_module(kernels)
         except ModelError as error:
             raise ModelError(f"model {system.name}: {error}") from error
-        return {f"{system.name}.py": kernels, f"{system.name}.tex": tex(describe(equations, source, _MOST_TERMS))}
+        document = describe(equations, source, _MOST_TERMS)
+        forget()
+        return {f"{system.name}.py": kernels, f"{system.name}.tex": tex(document)}
 
 
 @contextmanager

@@ -5,6 +5,8 @@ import re
 import symengine as se
 from sympy import Add, symbols
 
+from benchmarks.cases import carrier
+from qddot.codegen.calculus import terms
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.tex import tex
 from qddot.codegen.generate import _MOST_TERMS
@@ -77,3 +79,16 @@ def test_a_kinetic_energy_of_thousands_of_terms_is_judged():
     defaults = dict.fromkeys(masses, 1.0)
     energy = Add(*(m * v[k % 2] ** 2 / 2 for k, m in enumerate(masses)))
     assert inertia(energy, v, {}, defaults) == Inertia()
+
+
+def test_equations_that_are_long_as_they_are_written_are_left_out_too():
+    """Terms that are opened to be read may be many times those that were derived."""
+    equations = derive(carrier.system(2))
+    document = describe(equations, "carrier.py", most=130)
+    lengths = [len(formula.left.terms) + len(formula.right.terms) for formula in document.motion]
+    derived = [len(terms(part[0])) for part in (equations.gyroscopic, equations.conservative, equations.dissipative)]
+    assert sum(derived) < 20 < lengths[0]
+    assert 1 <= len(lengths) < len(equations.coordinates)
+    assert sum(lengths) <= 130
+    assert set(document.mass.entries) == {at for at in equations.mass if at[0] < len(lengths)}
+    assert describe(equations, "carrier.py").motion[: len(lengths)] == document.motion

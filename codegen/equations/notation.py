@@ -3,7 +3,7 @@
 It knows no layout and no script; `tex`, `page` and `terminal` write it down.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -127,15 +127,15 @@ class Document:
 def describe(equations: Equations, source: str, most: int | None = None) -> Document:
     """Write the derived equations down as a document; `source` names the model's file.
 
-    most: terms of the equations of motion after which no further equation is written.
+    most: terms of the equations of motion, as they were derived or as they are written, after which no further equation
+    is written.
     Raises ModelError where two symbols would look the same.
     """
     system = equations.system
     dotted = with_dots(equations)
     for one, other in alike((str(symbol) for _, symbol in declared(system)), dotted):
         raise ModelError(f"model {system.name}: {one} and {other} are typeset alike; rename one of them")
-    written = len(equations.coordinates) if most is None else _written(equations, most)
-    writing = _Writing(equations, written)
+    writing = _Writing(equations, most)
     return Document(
         name=system.name,
         title=system.title,
@@ -154,7 +154,7 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
         multipliers=tuple(Entry(str(c.symbol), c.unit, c.meaning) for c in in_order(system)),
         constraints=writing.constraints(),
         events=writing.events(),
-        motion=tuple(writing.motion(k) for k in range(written)),
+        motion=writing.motion,
         state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
         output_definitions=writing.outputs(),
@@ -171,15 +171,19 @@ def with_dots(equations: Equations) -> frozenset[str]:
 class _Writing:
     """Formulas of one model. What the author wrote is kept; what was derived may be rearranged to read well."""
 
-    def __init__(self, equations: Equations, written: int) -> None:
+    def __init__(self, equations: Equations, most: int | None) -> None:
         self._equations = equations
-        self._written = written
         order = Order(equations)
         self._fixed = order.fixed
         conditions = equations.conditions
         self._author, self._derived = (Reader(order, turn=turn, conditions=conditions) for turn in (False, True))
-        rows = ((at, entry) for at, entry in equations.mass.items() if at[1] < written)
-        self._mass = {at: self._legible(entry) for at, entry in rows}
+        self._mass: dict[tuple[int, int], Any] = {}
+        self._columns: list[list[int]] = [[] for _ in equations.coordinates]
+        for k, j in equations.mass:
+            self._columns[k].append(j)
+            if j != k:
+                self._columns[j].append(k)
+        self.motion = tuple(self._motion(most))
 
     def given(self, left: Factor, expression: Any) -> Formula:
         return Formula(_alone(left), self._author.sum(expression))
@@ -226,13 +230,28 @@ class _Writing:
             found.append(Occurrence(heading, (where, *values)))
         return tuple(found)
 
-    def motion(self, k: int) -> Formula:
+    def _motion(self, most: int | None) -> Iterator[Formula]:
+        """The equations of motion, up to so many terms; one at least."""
+        count = 0
+        for k in range(len(self._equations.coordinates) if most is None else _written(self._equations, most)):
+            equation = self._equation(k)
+            count += len(equation.left.terms) + len(equation.right.terms)
+            if most is not None and k and count > most:
+                return
+            yield equation
+
+    def _entry(self, k: int, j: int) -> Any:
+        """An entry of M as it is read."""
+        at = max(k, j), min(k, j)
+        if at not in self._mass:
+            self._mass[at] = self._legible(self._equations.mass[at])
+        return self._mass[at]
+
+    def _equation(self, k: int) -> Formula:
         """The equation of coordinate k, its terms in the order of Lagrange's equation."""
         equations = self._equations
         inertia = [
-            self._derived.term(se.Mul(self._mass[max(k, j), min(k, j)], acceleration))
-            for j, acceleration in enumerate(equations.accelerations)
-            if (max(k, j), min(k, j)) in self._mass
+            self._derived.term(se.Mul(self._entry(k, j), equations.accelerations[j])) for j in sorted(self._columns[k])
         ]
         others = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
         sums = [self._derived.sum(self._legible(part), positive_first=False) for part in others]
@@ -243,8 +262,9 @@ class _Writing:
         return Formula(Sum(left), self._author.sum(equations.applied[k]))
 
     def mass(self) -> MassMatrix:
-        entries = {at: self._derived.sum(entry) for at, entry in self._mass.items() if at[0] < self._written}
-        return MassMatrix(self._written, self._equations.mass_matrix, entries)
+        written = len(self.motion)
+        entries = {at: self._derived.sum(self._entry(*at)) for at in self._equations.mass if at[0] < written}
+        return MassMatrix(written, self._equations.mass_matrix, entries)
 
     def outputs(self) -> tuple[Formula, ...]:
         """Definitions of the outputs that are not quantities under their own names."""
