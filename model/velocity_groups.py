@@ -6,11 +6,19 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from sympy import Add, Expr, Symbol, lambdify
+from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
 from qddot.model.table import Value
 
 #: Terms of T that stand in one row: Python reads no more than some 3000.
 _LONGEST_SUM = 1000
+
+#: What writes functions for these modules, terms and factors as they come: to put them in order takes most of the time.
+_PRINTERS = {"math": PythonCodePrinter, "mpmath": MpmathPrinter}
+_AS_LAMBDIFY = {
+    **{"fully_qualified_modules": False, "inline": True, "allow_unknown_functions": True},
+    "order": "none",
+}
 
 Quantities = Mapping[Symbol, Expr]
 #: The part of T that each group of velocities has, of velocities and others.
@@ -62,7 +70,10 @@ def _reached(expression: Expr, reach: Mapping[Symbol, set[int]]) -> set[int]:
 
 
 def energies(found: Sequence[Group], arguments: Sequence[Symbol], quantities: Quantities, modules: str) -> Energies:
-    """T of every group as a Python function; what quantities stand for is assigned in it, in order, not substituted."""
+    """T of every group as a Python function; what quantities stand for is assigned in it, in order, not substituted.
+
+    modules: `math` or `mpmath`.
+    """
     assignments = list(quantities.items())
     terms = [term for group in found for term in group.terms]
     tables = {
@@ -70,7 +81,13 @@ def energies(found: Sequence[Group], arguments: Sequence[Symbol], quantities: Qu
     }
     parts = [Add(*part) for group in found for part in _rows(group.terms)]
     ends = list(accumulate((len(list(_rows(group.terms))) for group in found), initial=0))
-    values = lambdify(arguments, parts, modules=[tables, modules], cse=lambda terms: (assignments, terms))
+    values = lambdify(
+        arguments,
+        parts,
+        modules=[tables, modules],
+        printer=_PRINTERS[modules]({**_AS_LAMBDIFY, "user_functions": dict(zip(tables, tables, strict=True))}),
+        cse=lambda terms: (assignments, terms),
+    )
 
     def parts_of(*point: Any) -> list[Any]:
         rows = values(*point)
