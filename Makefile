@@ -18,8 +18,9 @@ demo: $(VENV)/run ## from a fresh clone to the figure of one shot of the M113
 	$(BIN)/qddot generate m113
 	$(BIN)/qddot run studies/one_shot.toml
 
+# Hundreds of processes import the same files: what Python compiles of them is kept, whatever the environment says.
 test: $(VENV)/test ## all tests
-	$(BIN)/python -m pytest $(PYTEST)
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest $(PYTEST)
 
 run: $(VENV)/run ## run a study: make run STUDY=studies/one_shot.toml
 	$(BIN)/qddot run $(STUDY)

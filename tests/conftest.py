@@ -5,6 +5,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from drivers import MANY, compile_a_share
 
 from qddot.codegen.sources import shipped, shipped_names
 from qddot.model.system import System
@@ -21,6 +22,15 @@ def pytest_collection_modifyitems(config, items):
     if not config.option.markexpr:
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
         items[:] = [item for item in items if not item.get_closest_marker("long")]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def drivers(request, tmp_path_factory, worker_id):
+    """Drivers of all methods, compiled by the processes of a whole session together."""
+    if worker_id != "master" and len({item.path for item in request.session.items}) >= MANY:
+        folder = tmp_path_factory.getbasetemp().parent / "drivers"
+        folder.mkdir(exist_ok=True)
+        compile_a_share(folder)
 
 
 @pytest.fixture(scope="session")
