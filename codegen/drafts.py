@@ -249,7 +249,7 @@ def _watched(event: Event, function: Any, equations: Equations) -> Any:
 def balance(equations: Equations) -> Draft:
     """M and f of M qddot = f, or, where T is a sum of squares, its weights and f without them; and rates of states.
 
-    See `recurrences`.
+    See `recurrences`. turning: of place k the coordinate i, and g.
     """
     weights, rates = squares(equations), vector_writes("rate", equations.state_rates)
     moving = equations.moving_quantities
@@ -261,7 +261,7 @@ def balance(equations: Equations) -> Draft:
         (a, b): weights[place].get(places[b], se.Integer(0)) for a, place in enumerate(places) for b in range(a + 1)
     }
     forces = vector_writes("force", [se.Add(q, -phi, -pi) for q, phi, pi in rows])
-    turning = vector_writes("turning", [g for _, g in places])
+    turning = ((Slot("turning", (k, i)), g) for k, (i, g) in enumerate(places))
     weighing = ((Slot("weight", place), value) for place, value in entries.items())
     return Draft(moving, (*forces, *turning, *weighing, *rates))
 

@@ -8,7 +8,6 @@ import symengine as se
 from qddot.codegen.kernel import Kernel
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.recurrences import ONE, Form, NoRecurrenceError, Recurrences, added, alone, factor_text, scaled
-from qddot.codegen.recurrences_squares import Place, squares
 from qddot.codegen.rewrite import Names
 
 
@@ -107,15 +106,15 @@ def _from_matrix(equations: Equations, table: Recurrences, writes: Mapping[Any, 
 
 def _from_squares(equations: Equations, table: Recurrences, writes: Mapping[Any, Form]) -> None:
     """Sum m J_i dw/dt = Q_i; what holds a_k in dw/dt is left out of f and makes up M_0."""
-    places: list[Place] = list(squares(equations) or {})
-    turning = [writes["turning", (k,)] for k in range(len(places))]
+    places = sorted(index for argument, index in writes if argument == "turning")
+    turning = [writes["turning", place] for place in places]
     weights = {index: form for (argument, index), form in writes.items() if argument == "weight"}
-    rates = [_rate_of_product(equations, table, i, g) for (i, _), g in zip(places, turning, strict=True)]
+    rates = [_rate_of_product(equations, table, i, g) for (_, i), g in zip(places, turning, strict=True)]
     entries: dict[tuple[int, int], Form] = {}
     forces = [writes["force", (i,)] for i in range(len(equations.coordinates))]
-    for a, (i, _) in enumerate(places):
+    for a, i in places:
         found = []
-        for b, (j, _) in enumerate(places):
+        for b, j in places:
             weight = weights.get((max(a, b), min(a, b)))
             if weight:
                 found.append(table.multiply(weight, rates[b]))

@@ -26,13 +26,14 @@ def squares(equations: Equations) -> dict[Place, dict[Place, Any]] | None:
     if equations.definitions.base_symbols(equations.potential) & v:
         return None
     weights: dict[Place, dict[Place, Any]] = {}
+    zero = se.Integer(0)
     try:
         for factor, speed in _terms(equations, _expanded(equations, equations.kinetic), se.Integer(1)):
             parts = list(_parts(equations, speed, q))
             for place, number in parts:
-                row = weights.setdefault(place, {})
+                row, share = weights.setdefault(place, {}), 2 * factor * number
                 for other, other_number in parts:
-                    row[other] = row.get(other, se.Integer(0)) + 2 * factor * number * other_number
+                    row[other] = row.get(other, zero) + share * other_number
     except _OtherFormError:
         return None
     return weights

@@ -121,7 +121,8 @@ def collect(node: Any) -> Any:
     most = max(counts.values(), default=0)
     if most < 2:
         return node
-    factor = min((factor for factor, count in counts.items() if count == most), key=lambda f: (-operations(f), str(f)))
+    often = [factor for factor, count in counts.items() if count == most]
+    factor = min(often, key=lambda f: (-operations(f), str(f))) if len(often) > 1 else often[0]
     sharing = [without(term, factor) for term, parts in found if factor in parts]
     others = [term for term, parts in found if factor not in parts]
     return se.Add(collect(se.Add(*others)), factor * front(collect(se.Add(*sharing))))

@@ -7,7 +7,9 @@ import ast
 import builtins
 from collections import Counter
 from collections.abc import Iterator, Sequence, Set
+from dataclasses import dataclass
 from math import inf, isfinite
+from typing import Any
 
 from qddot.model.system import ModelError
 
@@ -23,59 +25,72 @@ def check_module(text: str) -> None:
         raise ModelError(f"what it gives is no Python: {line}{error.args[0]}") from error
     known = {*_imported(tree.body), *_defined(tree.body)}
     for statement in tree.body:
-        parts = statement.body if isinstance(statement, ast.FunctionDef) else [statement]
-        nodes = [node for part in parts for node in _nodes(part)]
-        for node in nodes:
-            if isinstance(node, ast.Constant) and not _is_sound(node.value):
-                raise ModelError(f"{_line(text, node.lineno)}a number that no double or integer of 64 bits holds")
+        found = _found(statement.body if isinstance(statement, ast.FunctionDef) else [statement])
+        for constant in found.constants:
+            if not _is_sound(constant.value):
+                raise ModelError(f"{_line(text, constant.lineno)}a number that no double or integer of 64 bits holds")
         if isinstance(statement, ast.FunctionDef):
-            _check_kernel(statement, nodes, known, text)
+            _check_kernel(statement, found, known, text)
 
 
-def _check_kernel(function: ast.FunctionDef, nodes: Sequence[ast.AST], known: Set[str], text: str) -> None:
+@dataclass
+class _Found:
+    """What stands in statements: names that are set and read, constants, and calls."""
+
+    stored: list[ast.Name]
+    read: list[ast.Name]
+    constants: list[ast.Constant]
+    calls: list[ast.Call]
+
+
+def _check_kernel(function: ast.FunctionDef, found: _Found, known: Set[str], text: str) -> None:
     """Each name means one thing: an argument, a local that is assigned once, or what the module or Python has."""
-    names = [node for node in nodes if isinstance(node, ast.Name)]
-    stored = [node for node in names if isinstance(node.ctx, ast.Store)]
-    read = [node for node in names if isinstance(node.ctx, ast.Load)]
-    own = Counter(argument.arg for argument in function.args.args) + Counter(node.id for node in stored)
-    first: dict[str, int] = {}
-    for node in stored:
-        first[node.id] = min(node.lineno, first.get(node.id, node.lineno))
-    used = {*_called(nodes), *(node.id for node in read if node.lineno <= first.get(node.id, -inf))}
+    own = Counter(argument.arg for argument in function.args.args) + Counter(node.id for node in found.stored)
+    stored, read = _first_lines(found.stored), _first_lines(found.read)
+    used = {*_called(found.calls), *(name for name, line in read.items() if line <= stored.get(name, -inf))}
     for name, times in own.items():
         if times > 1 or name in used:
             raise ModelError(f"{name} is a name that the generated function {function.name} needs itself; rename it")
-    for node in read:
-        if node.id not in own and node.id not in known and not hasattr(builtins, node.id):
-            line = _line(text, node.lineno)
-            raise ModelError(f"{line}{node.id} is no number, and no name that {function.name} knows")
+    for name, line in read.items():
+        if name not in own and name not in known and not hasattr(builtins, name):
+            raise ModelError(f"{_line(text, line)}{name} is no number, and no name that {function.name} knows")
 
 
-def _nodes(root: ast.AST) -> list[ast.AST]:
-    """As `ast.walk` in a quarter of its time, without operators and contexts of names, and in some order."""
-    stack, found = [root], list[ast.AST]()
+def _first_lines(nodes: Sequence[ast.Name]) -> dict[str, int]:
+    """The first line of each name."""
+    first: dict[str, int] = {}
+    for node in nodes:
+        if node.lineno < first.get(node.id, inf):
+            first[node.id] = node.lineno
+    return first
+
+
+def _found(statements: Sequence[ast.stmt]) -> _Found:
+    """What stands in statements, in some order: `ast.walk` takes five times as long."""
+    found, stack = _Found([], [], [], []), list[Any](statements)
     while stack:
         node = stack.pop()
-        found.append(node)
         kind = type(node)
-        if kind is ast.BinOp:
-            stack += (node.left, node.right)  # type: ignore[attr-defined]
+        if kind is ast.Name:
+            (found.read if type(node.ctx) is ast.Load else found.stored).append(node)
+        elif kind is ast.Constant:
+            found.constants.append(node)
+        elif kind is ast.BinOp:
+            stack += (node.left, node.right)
         elif kind is ast.Subscript:
-            stack += (node.value, node.slice)  # type: ignore[attr-defined]
-        elif kind is not ast.Name and kind is not ast.Constant:
-            for name in node._fields:
-                value = getattr(node, name, None)
-                if isinstance(value, list):
-                    stack += (each for each in value if isinstance(each, ast.AST))
-                elif isinstance(value, ast.AST):
-                    stack.append(value)
+            stack += (node.value, node.slice)
+        elif kind is ast.Assign:
+            stack += (*node.targets, node.value)
+        else:
+            if kind is ast.Call:
+                found.calls.append(node)
+            stack += ast.iter_child_nodes(node)
     return found
 
 
-def _called(nodes: Sequence[ast.AST]) -> Iterator[str]:
+def _called(calls: Sequence[ast.Call]) -> Iterator[str]:
     """Functions that are called, and the modules whose functions are."""
-    calls = (node.func for node in nodes if isinstance(node, ast.Call))
-    homes = (called.value if isinstance(called, ast.Attribute) else called for called in calls)
+    homes = (call.func.value if isinstance(call.func, ast.Attribute) else call.func for call in calls)
     return (home.id for home in homes if isinstance(home, ast.Name))
 
 
