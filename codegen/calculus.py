@@ -1,6 +1,6 @@
 """Derivatives that see through named quantities: the chain rule instead of substitution, so that names survive."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any
 
 import symengine as se
@@ -60,8 +60,11 @@ class Definitions:
         return frozenset(found)
 
     def gradient(self, expression: Any, variables: Iterable[Any]) -> dict[Any, Any]:
-        """Total derivatives by each variable; the ones that vanish by structure are left out."""
-        wanted = set(variables)
+        """Total derivatives by each variable; the ones that vanish by structure are left out.
+
+        variables: a set where there are many of them and of expressions, for any other is made a set each time.
+        """
+        wanted = variables if isinstance(variables, Set) else set(variables)
         parts: dict[Any, list[Any]] = {}
         for term in terms(expression):
             symbols = {symbol: self._reach.get(symbol, {symbol}) & wanted for symbol in symbols_of(term)}

@@ -156,7 +156,7 @@ class ConstrainedDrafts:
         forces, drifts = Matrix(), Matrix()
 
         def add(found: Matrix, row: int, expression: Any, factor: Any = 1) -> None:
-            for variable, value in equations.definitions.gradient(expression, variables).items():
+            for variable, value in equations.definitions.gradient(expression, columns.keys()).items():
                 at = row, columns[variable]
                 found[at] = found.get(at, se.Integer(0)) + factor * value
 

@@ -113,8 +113,9 @@ class Drafts:
     def _slopes(self, variables: tuple[Any, ...]) -> tuple[list[Assignment], Matrix]:
         """Assignments and entries of d [qddot, zdot] / d variables: M^-1 (df/ds - dM/ds qddot), column by column."""
         equations = self._equations
-        gradients = [equations.definitions.gradient(force, variables) for force in equations.forces]
-        inertia = {pair: equations.definitions.gradient(entry, variables) for pair, entry in equations.mass.items()}
+        wanted = frozenset(variables)
+        gradients = [equations.definitions.gradient(force, wanted) for force in equations.forces]
+        inertia = {pair: equations.definitions.gradient(entry, wanted) for pair, entry in equations.mass.items()}
         assignments: list[Assignment] = []
         entries: Matrix = {}
         columns: dict[Any, dict[int, Any]] = {variable: {} for variable in variables}
@@ -136,7 +137,7 @@ class Drafts:
             entries.update({(row, column): value for row, value in values.items()})
         place = {variable: column for column, variable in enumerate(variables)}
         for row, rate in enumerate(equations.state_rates, self._n):
-            gradient = equations.definitions.gradient(rate, variables)
+            gradient = equations.definitions.gradient(rate, wanted)
             entries.update({(row, place[variable]): value for variable, value in gradient.items()})
         return assignments, entries
 

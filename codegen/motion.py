@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import symengine as se
@@ -26,8 +27,9 @@ class Motion:
 
     def mass(self, momenta: Vector) -> dict[tuple[int, int], Any]:
         """The entries d^2 L/dqdot_k dqdot_j, k >= j, that do not vanish."""
-        rows = [self.definitions.gradient(momentum, self.v) for momentum in momenta]
-        pairs = ((k, j) for k in range(len(self.v)) for j in range(k + 1) if self.v[j] in rows[k])
+        place = {speed: j for j, speed in enumerate(self.v)}
+        rows = [self.definitions.gradient(momentum, place.keys()) for momentum in momenta]
+        pairs = ((k, j) for k, row in enumerate(rows) for j in sorted(place[speed] for speed in row) if j <= k)
         entries = {(k, j): tidy(rows[k][self.v[j]]) for k, j in pairs}
         return {pair: entry for pair, entry in self._without_zeros(entries).items() if entry != 0}
 
@@ -41,7 +43,14 @@ class Motion:
     def names_speeds(self, kinetic: Any) -> bool:
         """Whether T is written in quantities that depend on velocities, such as those of points."""
         named = self.definitions.needed((kinetic,))
-        return any(self.definitions.base_symbols(self.definitions.expressions[s]) & set(self.v) for s in named)
+        return any(map(self._holds_speeds, (self.definitions.expressions[s] for s in named)))
+
+    @cached_property
+    def _speeds(self) -> frozenset[Any]:
+        return frozenset(self.v)
+
+    def _holds_speeds(self, expression: Any) -> bool:
+        return not self._speeds.isdisjoint(self.definitions.base_symbols(expression))
 
     def gyroscopic(self, momenta: Vector, kinetic: Any) -> Vector:
         """What is left of d/dt(dL/dqdot) - dT/dq beside M qddot."""
@@ -60,7 +69,7 @@ class Motion:
         speeds = dict(zip(self.q, self.v, strict=True)) | dict(self.clock)
         for (k, j), entry in mass.items():
             share = se.Rational(1, 2) if k == j else se.Integer(1)
-            for s, slope in self.definitions.gradient(entry, speeds).items():
+            for s, slope in self.definitions.gradient(entry, speeds.keys()).items():
                 for one, other in ((k, j),) if k == j else ((k, j), (j, k)):
                     rows[one].append(slope * self.v[other] * speeds[s])
                 if s in row:
@@ -70,7 +79,7 @@ class Motion:
     def drift(self, expression: Any) -> Any:
         """d/dt at fixed velocities."""
         speeds = dict(zip(self.q, self.v, strict=True)) | dict(self.clock)
-        gradient = self.definitions.gradient(expression, speeds)
+        gradient = self.definitions.gradient(expression, speeds.keys())
         return se.Add(*(gradient[s] * speed for s, speed in speeds.items() if s in gradient))
 
     def _clockwork(self, expression: Any) -> Any:
@@ -98,6 +107,6 @@ class Motion:
         natural = (
             still is not None
             and all(part == 0 for part in still)
-            and not any(self.definitions.base_symbols(part) & set(self.v) for part in (potential, *mass.values()))
+            and not any(map(self._holds_speeds, (potential, *mass.values())))
         )
         return se.Integer(0) if natural else 2 * kinetic - dot(self.v, momenta)
