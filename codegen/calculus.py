@@ -7,7 +7,7 @@ import symengine as se
 
 from qddot.codegen.convert import arguments, looked_up, slope
 from qddot.codegen.nodes import holds, operands, symbols_of
-from qddot.codegen.rewrite import Names, operations, replaced, rewrite
+from qddot.codegen.rewrite import ZERO, Names, operations, replaced, rewrite
 
 Vector = tuple[Any, ...]
 
@@ -73,7 +73,7 @@ class Definitions:
                     inner = self._slope(symbol, variable)
                     parts.setdefault(variable, []).append(outer if inner is None else outer * inner)
         sums = {variable: se.Add(*found) for variable, found in parts.items()}
-        return {variable: total for variable, total in sums.items() if total != 0}
+        return {variable: total for variable, total in sums.items() if total != ZERO}
 
     def substitute(self, expressions: Iterable[Any], values: Mapping[Any, Any]) -> list[Any] | None:
         """Expressions with base symbols replaced, inside the quantities they use too; None where one has no value."""

@@ -12,6 +12,7 @@ import symengine as se
 
 from qddot.codegen.kernel import Assignment
 from qddot.codegen.nodes import operands
+from qddot.codegen.rewrite import ZERO
 
 #: Gives a fresh symbol for a wished name.
 Name = Callable[[str], Any]
@@ -90,7 +91,7 @@ def solve(
     """
     assignments: list[Assignment] = []
     assign = _assigner(name, assignments)
-    forward = {k: value for k, value in right.items() if value != 0}
+    forward = {k: value for k, value in right.items() if value != ZERO}
     for k, columns in factors.rows.items():
         subtracted = [-factors.lower[k, j] * forward[j] for j in columns if j in forward]
         if k in forward or subtracted:

@@ -8,7 +8,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.nodes import operands, remembered, symbols_of
-from qddot.codegen.rewrite import factors, is_number, split_number
+from qddot.codegen.rewrite import ONE, ZERO, factors, is_number, split_number
 
 #: A product of powers: base -> exponent as pairs; a sum is such products with their coefficients.
 Product = frozenset[tuple[Any, Any]]
@@ -23,16 +23,16 @@ def polynomial(expression: Any) -> Polynomial:
     found: Polynomial = {}
     for term in operands(expression) if isinstance(expression, se.Add) else (expression,):
         number, rest = split_number(term)
-        if number != 0:
+        if number != ZERO:
             product = frozenset(map(_base_and_exponent, factors(rest)))
-            found[product] = found.get(product, se.Integer(0)) + number
+            found[product] = found.get(product, ZERO) + number
     return found
 
 
 def _base_and_exponent(factor: Any) -> tuple[Any, Any]:
     if isinstance(factor, se.Pow) and is_number(operands(factor)[1]):
         return operands(factor)
-    return factor, se.Integer(1)
+    return factor, ONE
 
 
 def without_squares(terms: Polynomial) -> Polynomial:
@@ -58,7 +58,7 @@ def _merged(terms: Polynomial, partners: Callable[[Product], Iterator[_Pair]]) -
                 left[result] = left.get(result, se.Integer(0)) + number
                 waiting.append(result)
                 break
-    return {product: number for product, number in left.items() if number != 0}
+    return {product: number for product, number in left.items() if number != ZERO}
 
 
 def _square_partners(product: Product) -> Iterator[_Pair]:

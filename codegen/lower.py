@@ -19,7 +19,7 @@ from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.nodes import forget
 from qddot.codegen.ranges import kind
-from qddot.codegen.rewrite import Names
+from qddot.codegen.rewrite import ZERO, Names
 from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
 from qddot.codegen.skeleton import MATRICES, reserved, taken
@@ -251,7 +251,7 @@ def _placed(name: str, kernel: Kernel, equations: Equations, channels: tuple[Any
     columns = {before.index(symbol): column for column, symbol in enumerate(channels)}
     if name not in MATRICES:
         return kernel
-    placed = [(slot, value) for slot, value in kernel.writes if slot.argument in ("matrix", *COLUMNS) and value != 0]
+    placed = [(slot, value) for slot, value in kernel.writes if slot.argument in ("matrix", *COLUMNS) and value != ZERO]
     if name == "input_jacobian":
         placed = [(Slot(slot.argument, (slot.index[0], columns[slot.index[1]])), value) for slot, value in placed]
     others = [(slot, value) for slot, value in kernel.writes if slot.argument not in ("matrix", *COLUMNS)]

@@ -8,7 +8,7 @@ import symengine as se
 
 from qddot.codegen.convert import MATH_NAMES, function_name
 from qddot.codegen.nodes import operands, symbols_of
-from qddot.codegen.rewrite import is_number, leading_number, split_number
+from qddot.codegen.rewrite import ONE, is_number, leading_number, split_number
 from qddot.model.system import ModelError
 
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
@@ -68,7 +68,7 @@ class Printer:
         return text, _SUM if text.startswith("-") else _ATOM
 
     def _sum(self, expression: Any) -> str:
-        signed = [(float(leading_number(term)) < 0, self._key(term), term) for term in operands(expression)]
+        signed = [(leading_number(term).is_negative, self._key(term), term) for term in operands(expression)]
         signed.sort(key=lambda item: item[:2])
         if len(signed) <= _LONGEST_SUM:
             return self._signed(signed)
@@ -85,13 +85,13 @@ class Printer:
 
     def _product(self, expression: Any) -> tuple[str, int]:
         number, rest = split_number(expression)
-        if float(number) < 0:
+        if number.is_negative:
             return f"-{self._within(-expression, _PRODUCT)}", _SUM
         parts = operands(rest) if isinstance(rest, se.Mul) else (rest,)
         below = [part for part in parts if _is_division(part)]
         above = sorted((part for part in parts if not _is_division(part)), key=self._factor_key)
         texts = [self._within(part, _PRODUCT) for part in above]
-        if number != 1 or not texts:
+        if number != ONE or not texts:
             texts.insert(0, self._print(number)[0])
         text = " * ".join(texts)
         for part in sorted(below, key=self._factor_key):
@@ -101,7 +101,7 @@ class Printer:
     def _power(self, base: Any, exponent: Any) -> tuple[str, int]:
         if base == se.E:
             return f"math.exp({self._print(exponent)[0]})", _ATOM
-        if is_number(exponent) and float(exponent) < 0:
+        if is_number(exponent) and exponent.is_negative:
             return f"1.0 / {self._within(base**-exponent, _ATOM)}", _PRODUCT
         if exponent == se.Rational(1, 2):
             return f"math.sqrt({self._print(base)[0]})", _ATOM
@@ -186,6 +186,6 @@ def _is_division(part: Any) -> bool:
     return (
         isinstance(part, se.Pow)
         and is_number(operands(part)[1])
-        and float(operands(part)[1]) < 0
+        and operands(part)[1].is_negative
         and operands(part)[0] != se.E
     )

@@ -19,6 +19,9 @@ _CONDITIONS = {
     **{"And": se.And, "Or": se.Or, "Not": se.Not},
 }
 
+#: Numbers to compare with: SymEngine takes ten times as long to compare with one of Python's.
+ZERO, ONE, MINUS_ONE = map(se.Integer, (0, 1, -1))
+
 _INEQUALITIES = ("StrictLessThan", "LessThan")
 
 
@@ -83,7 +86,9 @@ def is_condition(expression: Any) -> bool:
 def is_signed_symbol(expression: Any) -> bool:
     """Whether it is a symbol or number, or the opposite of one, which costs nothing to write out."""
     parts = operands(expression)
-    return not parts or (isinstance(expression, se.Mul) and len(parts) == 2 and parts[0] == -1 and parts[1].is_Symbol)
+    if not parts:
+        return True
+    return isinstance(expression, se.Mul) and len(parts) == 2 and parts[0] == MINUS_ONE and parts[1].is_Symbol
 
 
 def opposite(total: Any) -> Any:
@@ -102,12 +107,12 @@ def is_square(expression: Any) -> bool:
 def split_number(term: Any) -> tuple[Any, Any]:
     """A term as (number, rest): -2*x*y -> (-2, x*y)."""
     if is_number(term):
-        return term, se.Integer(1)
+        return term, ONE
     if isinstance(term, se.Mul):
         number, *others = operands(term)
         if is_number(number):
             return number, se.Mul(*others)
-    return se.Integer(1), term
+    return ONE, term
 
 
 @remembered
@@ -116,7 +121,7 @@ def leading_number(term: Any) -> Any:
     if is_number(term):
         return term
     first = operands(term)[0] if isinstance(term, se.Mul) else None
-    return first if first is not None and is_number(first) else se.Integer(1)
+    return first if first is not None and is_number(first) else ONE
 
 
 def content(numbers: Sequence[Any]) -> Any:
@@ -129,7 +134,7 @@ def content(numbers: Sequence[Any]) -> Any:
         denominator = lcm(*(value.denominator for value in values))
     else:
         return se.Integer(1)
-    return se.Rational(-divisor if all(number < 0 for number in numbers) else divisor, denominator)
+    return se.Rational(-divisor if all(number.is_negative for number in numbers) else divisor, denominator)
 
 
 @remembered
@@ -141,10 +146,10 @@ def factors(term: Any) -> tuple[Any, ...]:
 
 
 def without(term: Any, factor: Any) -> Any:
-    """A term without one of its factors; dividing would leave x**(y - 1 - (y - 1)), which SymEngine keeps."""
-    if term == factor:
-        return se.Integer(1)
-    return se.Mul(*(part for part in operands(term) if part != factor))
+    """A term without one of its `factors`; dividing would leave x**(y - 1 - (y - 1)), which SymEngine keeps."""
+    if term is factor:
+        return ONE
+    return se.Mul(*(part for part in operands(term) if part is not factor))
 
 
 @remembered
@@ -157,7 +162,7 @@ def operations(expression: Any) -> int:
     if isinstance(expression, se.Add):
         return inside + len(arguments) - 1
     if isinstance(expression, se.Mul):
-        return inside + len(arguments) - 1 - (arguments[0] == -1)
+        return inside + len(arguments) - 1 - (arguments[0] == MINUS_ONE)
     return inside + 1
 
 

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import symengine as se
@@ -10,6 +11,8 @@ from qddot.codegen.identities import polynomial, total, without_squares
 from qddot.codegen.kernel import Assignment, Kernel
 from qddot.codegen.nodes import operands, remembered, symbols_of
 from qddot.codegen.rewrite import (
+    MINUS_ONE,
+    ONE,
     content,
     factors,
     is_number,
@@ -113,19 +116,25 @@ def _holds_squared_sine(term: Any) -> bool:
 
 
 def collect(node: Any) -> Any:
-    """Take the factor that most terms of a sum share out of them: a*x + a*y + b -> a*(x + y) + b."""
+    """Take the factor that most terms of a sum share out of them: a*x + a*y + b -> a*(x + y) + b, until none is."""
     if not isinstance(node, se.Add):
         return node
-    found = [(term, factors(term)) for term in operands(node)]
-    counts = Counter(factor for _, parts in found for factor in parts)
-    most = max(counts.values(), default=0)
-    if most < 2:
+    left = {term: factors(term) for term in operands(node)}
+    counts = Counter(chain.from_iterable(left.values()))
+    taken: list[Any] = []
+    while (most := max(counts.values(), default=0)) > 1:
+        often = [factor for factor, count in counts.items() if count == most]
+        factor = min(often, key=lambda f: (-operations(f), str(f))) if len(often) > 1 else often[0]
+        holding = [term for term, parts in left.items() if any(part is factor for part in parts)]
+        taken.append(factor * front(collect(se.Add(*(without(term, factor) for term in holding)))))
+        for term in holding:
+            counts.subtract(left.pop(term))
+    if not taken:
         return node
-    often = [factor for factor, count in counts.items() if count == most]
-    factor = min(often, key=lambda f: (-operations(f), str(f))) if len(often) > 1 else often[0]
-    sharing = [without(term, factor) for term, parts in found if factor in parts]
-    others = [term for term, parts in found if factor not in parts]
-    return se.Add(collect(se.Add(*others)), factor * front(collect(se.Add(*sharing))))
+    rest = se.Add(*left)
+    for each in reversed(taken):
+        rest = se.Add(rest, each)
+    return rest
 
 
 def front(node: Any) -> Any:
@@ -133,12 +142,12 @@ def front(node: Any) -> Any:
     if not isinstance(node, se.Add):
         return node
     numbers = [leading_number(term) for term in operands(node)]
-    if any(number == 1 for number in numbers) and all(map(_is_whole, numbers)):
+    if any(number == ONE for number in numbers) and all(map(_is_whole, numbers)):
         return node
     common = content(numbers)
     inside = [number / common for number in numbers]
     saved = _multiplications(numbers) - _multiplications(inside) - 1
-    if common == 1 or (common != -1 and saved < (0 if _is_whole(common) else 1)):
+    if common == ONE or (common != MINUS_ONE and saved < (0 if _is_whole(common) else 1)):
         return node
     return common * se.Add(*(term / common for term in operands(node)))
 
@@ -148,15 +157,15 @@ def _is_whole(number: Any) -> bool:
 
 
 def _multiplications(numbers: Sequence[Any]) -> int:
-    return sum(abs(number) != 1 for number in numbers)
+    return sum(number not in (ONE, MINUS_ONE) for number in numbers)
 
 
 def folded(known: Mapping[Any, Any]) -> Change:
     """What replaces a number times a symbol, within a product, by the symbol that is known to have this value."""
-    numbers = {number for number, rest in map(split_number, known) if rest.is_Symbol and number != 1}
+    numbers = {number for number, rest in map(split_number, known) if rest.is_Symbol and number != ONE}
 
     def change(node: Any) -> Any:
-        number = leading_number(node) if isinstance(node, se.Mul) else se.Integer(1)
+        number = leading_number(node) if isinstance(node, se.Mul) else ONE
         for sign in (1, -1) if number in numbers or -number in numbers else ():
             for part in operands(node)[1:]:
                 if symbol := known.get(sign * number * part):

@@ -11,6 +11,9 @@ from qddot.codegen.convert import function_name
 from qddot.codegen.kernel import Assignment, Kernel
 from qddot.codegen.nodes import operands
 from qddot.codegen.rewrite import (
+    MINUS_ONE,
+    ONE,
+    ZERO,
     Names,
     is_condition,
     is_number,
@@ -79,7 +82,7 @@ class _Sharing:
         if isinstance(node, se.Add):
             self.parts[node] = {rest: number for number, rest in map(self.split, operands(node))}
         elif isinstance(node, se.Mul):
-            self.parts[node] = dict.fromkeys(operands(node), se.Integer(1))
+            self.parts[node] = dict.fromkeys(operands(node), ONE)
         else:
             self.parts[node] = {}
         for child in self.children(node):
@@ -89,7 +92,7 @@ class _Sharing:
         """Let a sum or product be known by a symbol."""
         self.values[expression] = symbol
         number, node = self.split(expression)
-        if number == 1 and isinstance(node, se.Add | se.Mul):
+        if number == ONE and isinstance(node, se.Add | se.Mul):
             self.survey(expression)
             self.symbols[node] = self.given[node] = symbol
 
@@ -129,7 +132,7 @@ class _Sharing:
             return
         whole = len(shared) == len(mine) and left not in self.common
         symbol = self.given.get(left, left) if whole else se.Dummy()  # all of the left one is what is shared
-        mood = -1 if not whole and sum(float(mine[part]) < 0 for part in shared) * 2 > len(shared) else 1
+        mood = -1 if not whole and sum(mine[part].is_negative for part in shared) * 2 > len(shared) else 1
         found = {part: mood * mine[part] for part in shared}
         if not whole:
             self.common[symbol] = (kind, found)
@@ -147,7 +150,7 @@ class _Sharing:
         for part in found:
             del parts[part]
         parts[symbol] = parts.get(symbol, 0) + se.Integer(sign)
-        if parts[symbol] == 0:
+        if parts[symbol] == ZERO:
             del parts[symbol]
 
     @staticmethod
@@ -179,11 +182,11 @@ class _Sharing:
         value = self._build(node, out)
         if value in self.values:
             return number * self.values[value]
-        if wish is not None and number == 1:
+        if wish is not None and number == ONE:
             self._name(node, value, wish)  # the temporary that is being assigned serves as the name
             return value
         sign = 1
-        if isinstance(value, se.Add) and all(leading_number(term) < 0 for term in operands(value)):
+        if isinstance(value, se.Add) and all(leading_number(term).is_negative for term in operands(value)):
             sign, value = -1, opposite(value)
         if self.uses[node] > 1 and not is_signed_symbol(value) and not is_condition(value):
             symbol = self.names.fresh(_wish(value))
@@ -213,7 +216,7 @@ def _wish(value: Any) -> str:
             power = {2: "squared", 3: "cubed"}.get(operands(value)[1])
             if power:
                 return f"{inner}_{power}"
-            if operands(value)[1] == -1:
+            if operands(value)[1] == MINUS_ONE:
                 return f"inverse_{inner}"
         elif isinstance(value, se.FunctionSymbol):
             return f"{function_name(value)}_{inner}"

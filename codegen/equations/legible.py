@@ -6,7 +6,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.identities import gathered, polynomial, spread, total, with_angle_sums, without_squares
-from qddot.codegen.rewrite import factors
+from qddot.codegen.rewrite import MINUS_ONE, factors
 from qddot.codegen.rules import flatten
 
 #: An expression that would open to more terms than this stays closed.
@@ -43,7 +43,7 @@ def _weight(expression: Any, depth: int | None = None) -> int:
     if isinstance(expression, se.Add):
         return inside + len(arguments) - 1 + (6 if depth > 1 else 0)
     if isinstance(expression, se.Mul):
-        return inside + len(arguments) - 1 - (arguments[0] == -1)
+        return inside + len(arguments) - 1 - (arguments[0] == MINUS_ONE)
     return inside + (1 if isinstance(expression, se.Pow) else 3)
 
 

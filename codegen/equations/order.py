@@ -68,5 +68,5 @@ class Order:
         """m_1 + m_2 stands for a parameter; a difference, such as a lever arm, comes behind what it multiplies."""
         if not total.free_symbols <= self.fixed:
             return (_BRACKET, 0)
-        signs = {float(split_number(term)[0]) > 0 for term in total.args}
+        signs = {split_number(term)[0].is_positive for term in total.args}
         return min(self._rank[symbol] for symbol in total.free_symbols) if len(signs) == 1 else (_FIXED_BRACKET, 0)

@@ -24,7 +24,7 @@ from qddot.codegen.equations.phrases import (
     Term,
     Value,
 )
-from qddot.codegen.rewrite import content, factors, is_number, leading_number, split_number
+from qddot.codegen.rewrite import ONE, ZERO, content, factors, is_number, leading_number, split_number
 
 _EVEN, _ODD = {"cos", "cosh"}, {"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "erf"}
 _COMPARISONS = {
@@ -48,7 +48,7 @@ class Reader:
 
     def sum(self, expression: Any, *, positive_first: bool = True) -> Sum:
         """Read an expression; its terms in order of their parameters, then of what moves."""
-        parts = expression.args if isinstance(expression, se.Add) else () if expression == 0 else (expression,)
+        parts = expression.args if isinstance(expression, se.Add) else () if expression == ZERO else (expression,)
         read = [self.term(part) for part in sorted(parts, key=self._order.term)]
         if positive_first:
             read.sort(key=lambda part: part.negative)
@@ -82,7 +82,7 @@ class Reader:
             return self._factor(base), _ONE
         if isinstance(base, se.Add):
             number = content([leading_number(part) for part in base.args])
-            inner = base if number == 1 else se.Add(*(part / number for part in base.args))
+            inner = base if number == ONE else se.Add(*(part / number for part in base.args))
             return self.sum(inner), _value(number) ** int(power)
         name = type(base).__name__
         if name in _EVEN | _ODD and self._backwards(base.args[0]):
