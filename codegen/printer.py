@@ -46,9 +46,10 @@ class Printer:
         return text if own >= precedence else f"({text})"
 
     def _print(self, expression: Any) -> tuple[str, int]:
-        if expression not in self._printed:
-            self._printed[expression] = self._text(expression)
-        return self._printed[expression]
+        found = self._printed.get(expression)
+        if found is None:
+            found = self._printed[expression] = self._text(expression)
+        return found
 
     def _text(self, expression: Any) -> tuple[str, int]:
         if is_number(expression):

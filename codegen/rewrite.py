@@ -27,14 +27,16 @@ _INEQUALITIES = ("StrictLessThan", "LessThan")
 
 def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
     """Rebuild an expression from the leaves up, `change` applied to each node once; memo is shared among calls."""
-    if not operands(expression):
+    known = memo.get(expression)
+    if known is not None:
+        return known
+    before = operands(expression)
+    if not before:
         return expression
-    if expression not in memo:
-        before = operands(expression)
-        after = [rewrite(part, change, memo) for part in before]
-        same = all(old is new or old == new for old, new in zip(before, after, strict=True))
-        memo[expression] = change(expression if same else rebuild(expression, after))
-    return memo[expression]
+    after = [rewrite(part, change, memo) for part in before]
+    same = all(old is new or old == new for old, new in zip(before, after, strict=True))
+    found = memo[expression] = change(expression if same else rebuild(expression, after))
+    return found
 
 
 def rebuild(expression: Any, arguments: list[Any]) -> Any:

@@ -127,8 +127,8 @@ def collect(node: Any) -> Any:
         factor = min(often, key=lambda f: (-operations(f), str(f))) if len(often) > 1 else often[0]
         holding = [term for term, parts in left.items() if any(part is factor for part in parts)]
         taken.append(factor * front(collect(se.Add(*(without(term, factor) for term in holding)))))
-        for term in holding:
-            counts.subtract(left.pop(term))
+        for part in chain.from_iterable(map(left.pop, holding)):
+            counts[part] -= 1
     if not taken:
         return node
     rest = se.Add(*left)

@@ -70,9 +70,10 @@ class _Sharing:
 
     def split(self, term: Any) -> tuple[Any, Any]:
         """`split_number`, remembered."""
-        if term not in self._split:
-            self._split[term] = split_number(term)
-        return self._split[term]
+        found = self._split.get(term)
+        if found is None:
+            found = self._split[term] = split_number(term)
+        return found
 
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
