@@ -14,7 +14,7 @@ from qddot.codegen.calculus import dot
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.printer import Printer
-from qddot.codegen.rewrite import is_number
+from qddot.codegen.rewrite import ONE, ZERO, is_number
 
 #: (i, g): a product g v_i; g is 1, or a sine or cosine of something linear in the coordinates.
 Place = tuple[int, Any]
@@ -25,18 +25,17 @@ def squares(equations: Equations) -> dict[Place, dict[Place, Any]] | None:
     q, v = set(equations.coordinates), set(equations.velocities)
     if equations.definitions.base_symbols(equations.potential) & v:
         return None
-    weights: dict[Place, dict[Place, Any]] = {}
-    zero = se.Integer(0)
+    weights: dict[Place, dict[Place, list[Any]]] = {}
     try:
         for factor, speed in _terms(equations, _expanded(equations, equations.kinetic), se.Integer(1)):
             parts = list(_parts(equations, speed, q))
             for place, number in parts:
                 row, share = weights.setdefault(place, {}), 2 * factor * number
                 for other, other_number in parts:
-                    row[other] = row.get(other, zero) + share * other_number
+                    row.setdefault(other, []).append(share * other_number)
     except _OtherFormError:
         return None
-    return weights
+    return {place: {other: se.Add(*found) for other, found in row.items()} for place, row in weights.items()}
 
 
 class _OtherFormError(Exception):
@@ -73,17 +72,17 @@ def _terms(equations: Equations, expression: Any, factor: Any) -> Iterator[tuple
 def _parts(equations: Equations, speed: Any, q: set[Any]) -> Iterator[tuple[Place, Any]]:
     """((i, g), number) of the terms number * g * v_i of a speed."""
     held = symbols_of(speed)
-    slopes = [se.expand(speed.diff(rate)) if rate in held else se.Integer(0) for rate in equations.velocities]
+    slopes = [se.expand(speed.diff(rate)) if rate in held else ZERO for rate in equations.velocities]
     _check_rate(equations, slopes)
     rest = speed - dot(slopes, equations.velocities)
     for i, slope in enumerate(slopes):
         for term in sorted(operands(slope) if isinstance(slope, se.Add) else (slope,), key=Printer({})):
-            if term != 0:
+            if term != ZERO:
                 number, g = _split(equations, term)
-                if g != 1 and not _is_turning(equations, g, q):
+                if g != ONE and not _is_turning(equations, g, q):
                     raise _OtherFormError
                 yield (i, g), number
-    if se.expand(rest) != 0:
+    if se.expand(rest) != ZERO:
         raise _OtherFormError
 
 
