@@ -1,8 +1,11 @@
 """What is remembered of nodes is what SymEngine says of them, and what was generated before has no say in a text."""
 
+import gc
+
 import pytest
 import symengine as se
 
+from qddot.codegen.generate import artefacts
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
 from qddot.codegen.nodes import holds, one, operands, symbols_of
@@ -48,3 +51,15 @@ def test_what_was_generated_before_has_no_say(home):
     equations = derive(home.system())
     derive(pendulum.system(3))  # between a derivation and its lowering, too
     assert module(lower(equations), "model.py", []) == alone
+
+
+def test_a_generation_lets_go_of_its_nodes_and_leaves_the_search_for_cycles_as_it_was():
+    artefacts(double_pendulum.system(), "model")
+    assert operands.cache_info().currsize == 0
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        artefacts(double_pendulum.system(), "model")
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
