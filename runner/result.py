@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -94,7 +94,8 @@ def as_solution(
     failed = trajectory.failed_state
     return Solution(
         t=trajectory.t,
-        values=values_at(subject, problem, trajectory.t, trajectory.states),
+        states=trajectory.states,
+        beside=partial(_beside, subject, problem, trajectory.t, trajectory.states),
         quantities=(*subject.states, *subject.outputs, *subject.inputs),
         n_states=len(subject.states),
         n_outputs=len(subject.outputs),
@@ -114,8 +115,15 @@ def values_at(
     subject: Subject, problem: Problem, t: NDArray[np.float64], states: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """States, outputs and inputs (n, n_quantities) at times t (n,); at a jump, the limit from the right."""
+    return np.concatenate([states, _beside(subject, problem, t, states)], axis=1)
+
+
+def _beside(
+    subject: Subject, problem: Problem, t: NDArray[np.float64], states: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Outputs and inputs at times t."""
     u, y = outputs_of(subject.output_kernel, len(subject.outputs), problem, t, states)
-    return np.concatenate([states, y, u[:, : len(subject.inputs)]], axis=1)
+    return np.concatenate([y, u[:, : len(subject.inputs)]], axis=1)
 
 
 def outputs_of(

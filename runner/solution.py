@@ -41,16 +41,18 @@ ROUNDING = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class Solution(Columns):
-    """A run: t (n,) in s; values (n, n_quantities) float64, one column for each of `quantities`.
+    """A run: t (n,) in s; states (n, n_states); values (n, n_quantities), a column for each of `quantities`; float64.
 
     quantities: n_states states, n_outputs outputs, and the inputs, in this order. `s["q_6"]` is a column (n,), s["t"]
-    the time. metadata: model, method, step, parameter values, as text and numbers. failed_at (s), failed_state: where a
-    run that failed left. headlines: kind (coordinates, outputs, inputs) -> names that a person looks at first.
-    between: gives what lies between its points when it is called, itself or pickled; None where that is not known.
+    the time. beside: the columns behind the states, or what gives them when they are first asked for. metadata: model,
+    method, step, parameter values, as text and numbers. failed_at (s), failed_state: where a run that failed left.
+    headlines: kind (coordinates, outputs, inputs) -> names that a person looks at first. between: gives what lies
+    between its points when it is called, itself or pickled; None where that is not known.
     """
 
     t: NDArray[np.float64]
-    values: NDArray[np.float64]
+    states: NDArray[np.float64]
+    beside: NDArray[np.float64] | Callable[[], NDArray[np.float64]] = field(repr=False)
     quantities: tuple[Quantity, ...]
     n_states: int
     n_outputs: int
@@ -66,12 +68,13 @@ class Solution(Columns):
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        self.t.flags.writeable = self.values.flags.writeable = False
+        self.t.flags.writeable = self.states.flags.writeable = False
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Unpickled arrays are read-only again; what lies between is looked for when it is needed."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return Solution, tuple((values | {"between": _packed(self.between)}).values())
+        given = {"beside": self.values[:, self.n_states :], "between": _packed(self.between)}
+        return Solution, tuple((values | given).values())
 
     def __repr__(self) -> str:
         """Model, method, span, points, how it ended, and the first names."""
@@ -140,10 +143,12 @@ class Solution(Columns):
     def _ipython_key_completions_(self) -> list[str]:
         return ["t", *self.names]
 
-    @property
-    def states(self) -> NDArray[np.float64]:
-        """The states (n, n_states)."""
-        return self.values[:, : self.n_states]
+    @cached_property
+    def values(self) -> NDArray[np.float64]:  # type: ignore[override]
+        """States, outputs and inputs (n, n_quantities), read-only."""
+        values = np.concatenate([self.states, self.beside() if callable(self.beside) else self.beside], axis=1)
+        values.flags.writeable = False
+        return values
 
     @property
     def state_names(self) -> tuple[str, ...]:

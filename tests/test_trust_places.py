@@ -185,7 +185,18 @@ def solution(points=20_000):
     t = np.linspace(0.0, 1.0, points)
     columns = tuple(Quantity(name, "m", name) for name in ("x", "xdot"))
     counts = Statistics(steps=points, evaluations=points)
-    return Solution(t, np.column_stack([np.sin(t), np.cos(t)]), columns, 2, 0, Status.FINISHED, "", counts, {})
+    return Solution(
+        t,
+        np.column_stack([np.sin(t), np.cos(t)]),
+        np.empty((len(t), 0)),
+        columns,
+        2,
+        0,
+        Status.FINISHED,
+        "",
+        counts,
+        {},
+    )
 
 
 #: A process that may write files of 20 kB, as on a disk that is full: real failing writes.

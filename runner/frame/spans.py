@@ -53,7 +53,6 @@ def _check_endless(span: Any, method: "Method", options: Options) -> None:
 
 def integrate(problem: Problem, method: "Method", options: Options) -> Trajectory:
     """The trajectory of a problem over any span."""
-    options.tolerances(len(problem.initial_state))
     if problem.t1 == problem.t0:
         return _at_once(problem, method, options)
     if problem.acting is not None:

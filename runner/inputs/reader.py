@@ -5,6 +5,8 @@ in local time. While the time stays within the window, reading takes no search a
 channels is one the compiler turns into vector instructions.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,11 +29,19 @@ GROUP_SIZE = 11 * GROUP
 
 def reader_for(table: InputTable) -> NDArray[np.float64]:
     """A reader of these channels, its window empty: (HEAD + groups*GROUP_SIZE,)."""
-    channels = np.arange(len(table.first))
-    reader = np.zeros(HEAD + -(-len(channels) // GROUP) * GROUP_SIZE)
-    reader[FROM], reader[TO], reader[WIDTH] = np.inf, -np.inf, GROUP
-    reader[HEAD + channels // GROUP * GROUP_SIZE + channels % GROUP + PIECE] = table.first
+    places, empty = _empty(len(table.first))
+    reader = empty.copy()
+    reader[places] = table.first
     return reader
+
+
+@lru_cache(maxsize=64)
+def _empty(count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """A reader of so many channels without their pieces, and the places of these."""
+    channels = np.arange(count)
+    reader = np.zeros(HEAD + -(-count // GROUP) * GROUP_SIZE)
+    reader[FROM], reader[TO], reader[WIDTH] = np.inf, -np.inf, GROUP
+    return HEAD + channels // GROUP * GROUP_SIZE + channels % GROUP + PIECE, reader
 
 
 def sample(table: InputTable, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
