@@ -19,8 +19,9 @@ demo: $(VENV)/run ## from a fresh clone to the figure of one shot of the M113
 	$(BIN)/qddot run studies/one_shot.toml
 
 # Hundreds of processes import the same files: what Python compiles of them is kept, whatever the environment says.
+# As many of them as there are cores are at work; threads of linear algebra would only wait for each other.
 test: $(VENV)/test ## all tests
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest $(PYTEST)
+	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST)
 
 run: $(VENV)/run ## run a study: make run STUDY=studies/one_shot.toml
 	$(BIN)/qddot run $(STUDY)
