@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STUDY ?= studies/one_shot.toml
 STORE ?= results/$(basename $(notdir $(STUDY))).zarr
-PYTEST ?= -q -n auto --dist loadfile
+PYTEST ?= -q -n auto --dist loadfile --no-loadscope-reorder
 BENCH ?=
 RESULTS ?=
 
