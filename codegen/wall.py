@@ -5,6 +5,7 @@ What fails here should have been refused where the model was checked; it stops w
 
 import ast
 import builtins
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
@@ -14,23 +15,35 @@ from typing import Any
 from qddot.model.system import ModelError
 
 _INTEGERS = 2**63
+#: Where a function begins, and what it is called.
+_DECORATED = re.compile(r"^(?=@)", re.MULTILINE)
+_FUNCTION = re.compile(r"^def (\w+)\(", re.MULTILINE)
 
 
 def check_module(text: str) -> None:
-    """Raise ModelError, with the line in question, where a generated module could not be compiled or used."""
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        line = _line(text, getattr(error, "lineno", None) or 0)
-        raise ModelError(f"what it gives is no Python: {line}{error.args[0]}") from error
-    known = {*_imported(tree.body), *_defined(tree.body)}
-    for statement in tree.body:
-        found = _found(statement.body if isinstance(statement, ast.FunctionDef) else [statement])
-        for constant in found.constants:
-            if not _is_sound(constant.value):
-                raise ModelError(f"{_line(text, constant.lineno)}a number that no double or integer of 64 bits holds")
-        if isinstance(statement, ast.FunctionDef):
-            _check_kernel(statement, found, known, text)
+    """Raise ModelError, with the line in question, where a generated module could not be compiled or used.
+
+    It is read function by function: Python's tree of a text takes a hundred times the room that the text takes.
+    """
+    known = set(_FUNCTION.findall(text))
+    for part in _DECORATED.split(text):
+        try:
+            tree = ast.parse(part)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            line = _line(part, getattr(error, "lineno", None) or 0)
+            raise ModelError(f"what it gives is no Python: {line}{error.args[0]}") from error
+        known |= {*_imported(tree.body), *_defined(tree.body)}
+        for statement in tree.body:
+            _check(statement, known, part)
+
+
+def _check(statement: ast.stmt, known: Set[str], text: str) -> None:
+    found = _found(statement.body if isinstance(statement, ast.FunctionDef) else [statement])
+    for constant in found.constants:
+        if not _is_sound(constant.value):
+            raise ModelError(f"{_line(text, constant.lineno)}a number that no double or integer of 64 bits holds")
+    if isinstance(statement, ast.FunctionDef):
+        _check_kernel(statement, found, known, text)
 
 
 @dataclass
@@ -100,9 +113,8 @@ def _imported(module: list[ast.stmt]) -> Iterator[str]:
 
 
 def _defined(module: list[ast.stmt]) -> Iterator[str]:
-    yield from (each.name for each in module if isinstance(each, ast.FunctionDef))
     targets = (target for each in module if isinstance(each, ast.Assign) for target in each.targets)
-    yield from (target.id for target in targets if isinstance(target, ast.Name))
+    return (target.id for target in targets if isinstance(target, ast.Name))
 
 
 def _is_sound(value: object) -> bool:
