@@ -8,7 +8,7 @@ import symengine as se
 import symengine.lib.symengine_wrapper as wrapper
 
 from qddot.codegen.identities import Polynomial, polynomial, spread
-from qddot.codegen.nodes import operands
+from qddot.codegen.nodes import holds, operands
 from qddot.codegen.rewrite import rewrite, split_number
 
 _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
@@ -47,11 +47,13 @@ def _expanded(expression: Any) -> Any:
 
 def _exact(expression: Any) -> Any:
     """An expression with decimals in place of floating-point numbers; AlgebraError for what is no real number."""
-    found = set(_nodes(expression))
-    if any(isinstance(node, _NOT_REAL) for node in found):
+    if holds(expression, *_NOT_REAL):
         raise AlgebraError("an expression divides by zero or takes the root of a negative number")
+    if not holds(expression, se.RealDouble):
+        return expression
+    found = set(_nodes(expression))
     floats = {node: exact(Fraction(repr(float(node)))) for node in found if isinstance(node, se.RealDouble)}
-    return expression.xreplace(floats) if floats else expression
+    return expression.xreplace(floats)
 
 
 def exact(value: Fraction) -> Any:
@@ -61,9 +63,8 @@ def exact(value: Fraction) -> Any:
 
 def _nodes(expression: Any) -> Iterable[Any]:
     yield expression
-    if not isinstance(expression, _NOT_REAL):
-        for part in operands(expression):
-            yield from _nodes(part)
+    for part in operands(expression):
+        yield from _nodes(part)
 
 
 def _open_wave(node: Any) -> Any:

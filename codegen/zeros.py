@@ -16,7 +16,7 @@ from qddot.codegen.canonical import AlgebraError, canonical
 from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Kernel
 from qddot.codegen.nodes import operands, symbols_of
-from qddot.codegen.rewrite import is_number, replaced
+from qddot.codegen.rewrite import is_number, rebuild
 
 #: A sum this small against its terms may be zero.
 _SMALL = 1e-11
@@ -37,13 +37,21 @@ def without_zeros(kernel: Kernel, point: "Point | None" = None) -> Kernel:
         if not (found := _proven(kernel, point)):
             return kernel
         memo: dict[Any, Any] = {}
-
-        def left(expression: Any, found: Mapping[Any, Any] = found, memo: dict[Any, Any] = memo) -> Any:
-            return replaced(expression, found, memo) if found.keys() & point.suspects(expression) else expression
-
-        temporaries = [(symbol, left(expression)) for symbol, expression in kernel.temporaries]
-        kernel = kernel.replace(temporaries, [(slot, left(expression)) for slot, expression in kernel.writes])
+        temporaries = [(symbol, _left(expression, found, point, memo)) for symbol, expression in kernel.temporaries]
+        writes = [(slot, _left(expression, found, point, memo)) for slot, expression in kernel.writes]
+        kernel = kernel.replace(temporaries, writes)
     return kernel
+
+
+def _left(expression: Any, found: Mapping[Any, Any], point: "Point", memo: dict[Any, Any]) -> Any:
+    """An expression with what is `found` in it replaced: see `replaced`, which looks at all nodes."""
+    if expression in found:
+        return _left(found[expression], found, point, memo)
+    if found.keys().isdisjoint(point.suspects(expression)):
+        return expression
+    if expression not in memo:
+        memo[expression] = rebuild(expression, [_left(part, found, point, memo) for part in operands(expression)])
+    return memo[expression]
 
 
 def _proven(kernel: Kernel, point: "Point") -> dict[Any, Any]:
