@@ -93,8 +93,8 @@ def as_solution(
     """The solution of this trajectory; between: gives what lies between its points."""
     failed = trajectory.failed_state
     return Solution(
-        t=trajectory.t,
-        states=trajectory.states,
+        t=trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
+        states=trajectory.states.view(),
         beside=partial(_beside, subject, problem, trajectory.t, trajectory.states),
         quantities=(*subject.states, *subject.outputs, *subject.inputs),
         n_states=len(subject.states),
