@@ -49,15 +49,24 @@ def written(folder, text=STUDY, name="quick"):
     return write(folder, text, f"{name}.toml")
 
 
+def loaded(path):
+    """All that a store holds, read at once."""
+    with xarray.open_zarr(path, chunks=None) as data:
+        return data.load()
+
+
 def values(path):
     """Every variable of a store by name, loaded."""
-    with xarray.open_zarr(path) as data:
-        return {str(name): data[name].to_numpy() for name in data.variables}
+    return {str(name): variable.to_numpy() for name, variable in loaded(path).variables.items()}
 
 
 def assert_equal(one, other):
     """The stores hold the same values, to the last bit."""
-    first, second = values(one), values(other)
+    assert_equal_values(values(one), values(other))
+
+
+def assert_equal_values(first, second):
+    """The same variables have the same values, to the last bit."""
     assert first.keys() == second.keys()
     for name, array in first.items():
         same = array == second[name] if array.dtype.kind not in "fc" else array.tobytes() == second[name].tobytes()
