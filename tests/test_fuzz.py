@@ -15,6 +15,7 @@ from batches import STUDY as QUICK
 from commands import command
 from mutations import OF_TEXT, OF_TOML, garbled, mutated
 
+from qddot.codegen.compare import command as comparing
 from qddot.command_line import main
 from qddot.commands import COMMANDS
 from qddot.paper.claims import read as read_claims
@@ -224,6 +225,27 @@ def test_there_are_enough():
     assert all(count % TOGETHER == 0 for count in COUNTS.values())
 
 
+@pytest.fixture(scope="module")
+def derived_once():
+    """A model is read and derived once for all texts that are compared with it; processes do so each for itself."""
+    known = {}
+
+    def once(function):
+        def remembered(argument):
+            key = function, argument if isinstance(argument, tuple) else id(argument)
+            if key not in known:
+                known[key] = function(argument), argument
+            return known[key][0]
+
+        return remembered
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparing, "find", once(comparing.find))
+        patch.setattr(comparing, "derive", once(comparing.derive))
+        yield
+
+
+@pytest.mark.usefixtures("derived_once")
 @pytest.mark.parametrize(("kind", "part"), PARTS)
 def test_slips_end_in_a_status_and_one_message(kind, part, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
