@@ -433,7 +433,7 @@ ONE = [
     lambda e: e**2,
     lambda e: -e,
 ]
-ODD_ONE = [floor, gamma, sympy.re, log, sqrt, acos, lambda e: 1 / e]
+ODD_ONE = [floor, lambda e: _gamma(e), sympy.re, log, sqrt, acos, lambda e: 1 / e]
 TWO = [
     *(lambda a, b: a + b, lambda a, b: a * b, lambda a, b: a - b, Max, Min, lambda a, b: _power(1 + a**2, b)),
     lambda a, b: Piecewise((a, x < y), (b, True)),
@@ -457,6 +457,13 @@ def _power(base, exponent):
     if exponent.is_Integer and abs(exponent) > 1000:
         raise ValueError(f"the power {exponent}")
     return base**exponent
+
+
+def _gamma(argument):
+    """The same with the digits of a factorial."""
+    if argument.is_Rational and abs(argument) > 1000:
+        raise ValueError(f"the gamma function of {argument}")
+    return gamma(argument)
 
 
 def _made(function, *arguments):
