@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matrices import linear_matrices
+from numba import njit
 
 from qddot.runner.load import LoadError, available, load
 from qddot.runner.simulate import prepare, simulate
@@ -248,3 +249,27 @@ def test_kernels_obey_the_calling_convention(oscillator):
     differences = np.stack([(rhs(x + h * e) - rhs(x - h * e)) / (2 * h) for e in np.eye(2)], axis=1)
     np.testing.assert_allclose(J, differences, atol=1e-8)
     np.testing.assert_allclose(A @ x + B @ [*u, 1.0], rhs(x), atol=1e-13)
+
+
+def test_a_kernel_is_called_from_python_and_from_compiled_code_with_arrays_that_may_be_read_only():
+    model = load("quarter_car")
+    rhs, c = model.kernel("rhs"), model.constants(model.parameter_values())
+    x, u, slope, other = np.linspace(-0.1, 0.2, 4), np.zeros(2), np.empty(4), np.empty(4)
+
+    @njit
+    def compiled(t, x, u, c, dx):
+        rhs(t, x, u, c, dx)
+
+    compiled(0.0, x, u, c, other)
+    for array in (x, u, c):
+        array.flags.writeable = False
+    rhs(0, x, u, c, slope)
+    expected = np.empty(4)
+    model.module.rhs.py_func(0.0, x, u, c, expected)
+    np.testing.assert_allclose(slope, expected, rtol=1e-13)
+    np.testing.assert_array_equal(slope, other)
+    slope.flags.writeable = False
+    with pytest.raises(TypeError):
+        rhs(0.0, x, u, c, slope)
+    with pytest.raises(TypeError):
+        rhs(0.0, x[::2], u, c, other)

@@ -12,6 +12,7 @@ from typing import Any
 
 from numba import njit, types
 from numba.core.errors import NumbaError
+from numba.extending import typeof_impl
 
 from qddot.runner import abi
 from qddot.runner.machine.compiled import ARITHMETIC, compiled, keeping_code
@@ -44,6 +45,12 @@ class Kernel:
         """Call it with numbers and C-contiguous arrays of float64, of which it writes to the last."""
         call, address = self._call
         call(address, *arguments)
+
+
+@typeof_impl.register(Kernel)
+def _in_compiled_code(kernel: Kernel, context: Any) -> Any:
+    """Jitted functions call it as the function that it is."""
+    return types.Dispatcher(kernel.function)
 
 
 def compiled_kernel(function: Any, signature: Any) -> Kernel:
