@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from itertools import accumulate, chain, pairwise
 from typing import Any
 
 from sympy import Add, Expr, Symbol, lambdify
@@ -79,11 +79,11 @@ def energies(found: Sequence[Group], arguments: Sequence[Symbol], quantities: Qu
     tables = {
         value.func.__name__: value.func.at for each in (*terms, *quantities.values()) for value in each.atoms(Value)
     }
-    parts = [Add(*part) for group in found for part in _rows(group.terms)]
-    ends = list(accumulate((len(list(_rows(group.terms))) for group in found), initial=0))
+    rows_of = [[Add(*row) for row in _rows(group.terms)] for group in found]
+    ends = list(accumulate(map(len, rows_of), initial=0))
     values = lambdify(
         arguments,
-        parts,
+        list(chain.from_iterable(rows_of)),
         modules=[tables, modules],
         printer=_PRINTERS[modules]({**_AS_LAMBDIFY, "user_functions": dict(zip(tables, tables, strict=True))}),
         cse=lambda terms: (assignments, terms),

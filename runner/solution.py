@@ -52,7 +52,7 @@ class Solution(Columns):
 
     t: NDArray[np.float64]
     states: NDArray[np.float64]
-    beside: NDArray[np.float64] | Callable[[], NDArray[np.float64]] = field(repr=False)
+    beside: NDArray[np.float64] | Callable[[], NDArray[np.float64]]
     quantities: tuple[Quantity, ...]
     n_states: int
     n_outputs: int

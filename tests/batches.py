@@ -55,18 +55,24 @@ def loaded(path):
         return data.load()
 
 
+def arrays(data):
+    """Every variable of a store that is `loaded`, by name."""
+    return {str(name): variable.to_numpy() for name, variable in data.variables.items()}
+
+
 def values(path):
     """Every variable of a store by name, loaded."""
-    return {str(name): variable.to_numpy() for name, variable in loaded(path).variables.items()}
+    return arrays(loaded(path))
 
 
 def assert_equal(one, other):
     """The stores hold the same values, to the last bit."""
-    assert_equal_values(values(one), values(other))
+    assert_equal_values(loaded(one), loaded(other))
 
 
-def assert_equal_values(first, second):
-    """The same variables have the same values, to the last bit."""
+def assert_equal_values(one, other):
+    """The same for stores that are `loaded`."""
+    first, second = arrays(one), arrays(other)
     assert first.keys() == second.keys()
     for name, array in first.items():
         same = array == second[name] if array.dtype.kind not in "fc" else array.tobytes() == second[name].tobytes()

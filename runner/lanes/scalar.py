@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:
     """Integrate run after run, each as `simulate` does, into the arrays of the task."""
     arrays, started = task.arrays, working_time()
-    task.options.tolerances(len(task.model.state_names))
     for run in range(task.runs):
         left = None if time_limit is None else time_limit - (working_time() - started)
         if left is not None and left <= 0:

@@ -93,9 +93,11 @@ def _read(array):
     return floats(first_item(array), len(array))
 
 
+#: By the number of arguments of a kernel: what calls it.
+_BY_ARGUMENTS: dict[int, Any] = {2: _make_constants_at, 3: _find_switching_at, 5: _fill_vector_at}
+
 #: Arrays that may be read-only; those that need not be are taken, too.
 _READ_ONLY = types.Array(types.float64, 1, "C", readonly=True)
-_BY_ARGUMENTS: dict[int, Any] = {2: _make_constants_at, 3: _find_switching_at, 5: _fill_vector_at}
 
 
 @cache
