@@ -3,7 +3,7 @@ function of the runner solves for accelerations and multipliers, which the rest 
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
@@ -38,6 +38,7 @@ class ConstrainedDrafts:
     def __init__(self, equations: Equations) -> None:
         self._equations = equations
         self._n = len(equations.coordinates)
+        self._places = _places(equations)
 
     @property
     def parameter_assignments(self) -> tuple[Assignment, ...]:
@@ -116,15 +117,17 @@ class ConstrainedDrafts:
     def _system(self) -> tuple[Write, ...]:
         """M, G, [f, gamma], the residuals and q, what vanishes left out."""
         equations, constraints = self._equations, self._equations.constraints
-        right = enumerate((*equations.forces, *constraints.drifts))
+        right = dict(zip(self._places, equations.forces, strict=True))
+        right |= dict(enumerate(constraints.drifts, self._n))
+        forces = [(Slot("right_side", (k,)), right[k]) for k in sorted(right) if right[k] != 0]
         if not constraints:
-            upper = {(j, k): entry for (k, j), entry in equations.mass.items()}
-            forces = ((Slot("right_side", (k,)), value) for k, value in right if value != 0)
+            placed = {tuple(self._places[k] for k in pair): entry for pair, entry in equations.mass.items()}
+            upper = {(min(pair), max(pair)): entry for pair, entry in placed.items()}
             return (*matrix_writes(upper, "mass_matrix"), *forces)
         return (
             *matrix_writes(equations.mass, "mass_matrix"),
             *matrix_writes(constraints.matrix, "constraint_matrix"),
-            *((Slot("right_side", (k,)), value) for k, value in right if value != 0),
+            *forces,
             *((Slot("residuals", (j,)), value) for j, value in enumerate(constraints.residuals) if value != 0),
             *vector_writes("coordinates", equations.coordinates),
         )
@@ -161,13 +164,13 @@ class ConstrainedDrafts:
                 found[at] = found.get(at, se.Integer(0)) + factor * value
 
         for k, force in enumerate(equations.forces):
-            add(forces, k, force)
+            add(forces, self._places[k], force)
         for (k, j), entry in equations.mass.items():
-            add(forces, k, entry, -equations.accelerations[j])
+            add(forces, self._places[k], entry, -equations.accelerations[j])
             if j != k:
-                add(forces, j, entry, -equations.accelerations[k])
+                add(forces, self._places[j], entry, -equations.accelerations[k])
         for (j, k), entry in constraints.matrix.items():
-            add(forces, k, entry, -constraints.multipliers[j])
+            add(forces, self._places[k], entry, -constraints.multipliers[j])
             add(drifts, j, entry, -equations.accelerations[k])
         for j, drift in enumerate(constraints.drifts):
             add(drifts, j, drift)
@@ -179,10 +182,15 @@ class ConstrainedDrafts:
         yield from matrix_writes(rates)
 
 
+def _places(equations: Equations) -> Sequence[int]:
+    """Where the row of each coordinate stands: in the order of elimination, with constraints in that of the author."""
+    return range(len(equations.coordinates)) if equations.constraints else equations.elimination.places
+
+
 def solution_slots(kernel: str, equations: Equations) -> dict[Any, Slot]:
     """Where a kernel reads accelerations, multipliers and reactions once they are solved for."""
     constraints, n = equations.constraints, len(equations.coordinates)
-    slots = {symbol: Slot("right_side", (k,)) for k, symbol in enumerate(equations.accelerations)}
+    slots = {a: Slot("right_side", (k,)) for k, a in zip(_places(equations), equations.accelerations, strict=True)}
     for j, symbol in enumerate(constraints.multipliers):
         slots[symbol] = Slot("multipliers", (j,)) if kernel in REPORTING else Slot("right_side", (n + j,))
     return slots | {symbol: Slot("reactions", (k,)) for k, symbol in constraints.reactions.items()}
@@ -204,11 +212,11 @@ def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
     """
     first = n if kernel == "jacobian" else 0
     if not m:
-        made, last = [f"mass_matrix, right_side = coupled({n})"], []
+        made, last = [f"mass_matrix, right_side, factors = coupled({n}, FACTORS)"], []
         if columns:
             made.append(f"forces = blank({n}, {columns})")
-            last.append(f"slopes(mass_matrix, forces, values, {first})")
-        return Calls(tuple(made), ("decoupled(mass_matrix, right_side)",), tuple(last))
+            last.append(f"slopes(mass_matrix, factors, forces, values, {first})")
+        return Calls(tuple(made), ("decoupled(mass_matrix, factors, right_side)",), tuple(last))
     arrays = "mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace"
     made, solved, last = [f"{arrays} = equations({n}, {m})"], [f"accelerations({arrays})"], []
     if columns:

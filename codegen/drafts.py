@@ -39,7 +39,7 @@ class Drafts:
         self._equations = equations
         self._names = names
         self._n = len(equations.coordinates)
-        self._factors: Factors = factorize(equations.mass, self._n, names.fresh)
+        self._factors: Factors = factorize(equations.mass, equations.elimination, names.fresh)
         self._fixed_mass = equations.mass_matrix != "configuration-dependent"
         self._wishes = [str(acceleration) for acceleration in equations.accelerations]
         self._solution, accelerations = solve(self._factors, _sparse(equations.forces), names.fresh, self._wishes)

@@ -1,9 +1,10 @@
 """M x = r solved by an unrolled LDL^T: straight-line assignments, structural zeros left out, never an inverse.
 
-Golub & Van Loan, Matrix Computations, section 4.1; M is positive definite for physics, so there is no pivoting.
+Golub & Van Loan, Matrix Computations, section 4.1; M is positive definite for physics, so there is no pivoting, and the
+rows may be taken in any order.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,6 +13,7 @@ import symengine as se
 
 from qddot.codegen.kernel import Assignment
 from qddot.codegen.nodes import operands
+from qddot.codegen.ordering import Ordering
 from qddot.codegen.rewrite import ZERO
 
 #: Gives a fresh symbol for a wished name.
@@ -20,66 +22,52 @@ Name = Callable[[str], Any]
 
 @dataclass(frozen=True)
 class Factors:
-    """M = L D L^T as symbols: lower[(k, j)], k > j, and the reciprocals of D; the assignments that make them."""
+    """M = L D L^T as symbols: lower[(k, j)], j before k in the order, and reciprocals of D; what makes them."""
 
     assignments: tuple[Assignment, ...]
     lower: Mapping[tuple[int, int], Any]
     inverse_pivots: tuple[Any, ...]
+    ordering: Ordering
 
     @cached_property
     def rows(self) -> dict[int, list[int]]:
-        """Coupled row -> columns of its entries in L, rising."""
-        rows: dict[int, list[int]] = {index: [] for index in sorted({index for pair in self.lower for index in pair})}
-        for k, j in sorted(self.lower):
-            rows[k].append(j)
+        """Coupled row -> columns of its entries in L; rows and columns in the order."""
+        coupled = {index for pair in self.lower for index in pair}
+        rows: dict[int, list[int]] = {index: [] for index in self.ordering.order if index in coupled}
+        for j, rest in self.columns.items():
+            for k in rest:
+                rows[k].append(j)
         return rows
 
     @cached_property
     def columns(self) -> dict[int, list[int]]:
-        """Column -> rows of its entries in L, rising."""
-        columns: dict[int, list[int]] = {}
-        for k, j in sorted(self.lower):
-            columns.setdefault(j, []).append(k)
-        return columns
+        """Column -> rows of its entries in L; both in the order."""
+        order, behind = self.ordering.order, self.ordering.rows
+        return {j: [order[place] for place in rest] for j, rest in zip(order, behind, strict=True) if rest}
 
 
-def factorize(mass: Mapping[tuple[int, int], Any], n: int, name: Name) -> Factors:
+def factorize(mass: Mapping[tuple[int, int], Any], ordering: Ordering, name: Name) -> Factors:
     """Factors of the symmetric matrix with the lower entries `mass`; a row that nothing is coupled to is its pivot."""
+    order = ordering.order
     assignments: list[Assignment] = []
     scaled: dict[tuple[int, int], Any] = {}  # L[k, j] * D[j]
     lower: dict[tuple[int, int], Any] = {}
-    inverse: list[Any] = []
+    inverse: dict[int, Any] = {}
+    before: dict[int, list[int]] = {}  # row -> columns of its entries in L that are known
     assign = _assigner(name, assignments)
 
-    below: dict[int, list[int]] = {}  # column -> rows that hold an entry of M or are filled in
-    for k, j in mass:
-        if k != j:
-            below.setdefault(j, []).append(k)
-    for j in range(n):
-        known = [i for i in range(j) if (j, i) in lower] if below else []
+    for j, behind in zip(order, ordering.rows, strict=True):
+        known = before.get(j, [])
         pivot = se.Add(mass.get((j, j), se.Integer(0)), *(-lower[j, i] * scaled[j, i] for i in known))
-        inverse.append(assign(f"inverse_pivot_{j + 1}", 1 / pivot) if operands(pivot) else 1 / pivot)
-        for k in sorted(below.get(j, ())):
+        inverse[j] = assign(f"inverse_pivot_{j + 1}", 1 / pivot) if operands(pivot) else 1 / pivot
+        for k in (order[place] for place in behind):
             shared = [i for i in known if (k, i) in lower]
-            entry = se.Add(mass.get((k, j), se.Integer(0)), *(-lower[j, i] * scaled[k, i] for i in shared))
+            given = mass.get((max(j, k), min(j, k)), se.Integer(0))
+            entry = se.Add(given, *(-lower[j, i] * scaled[k, i] for i in shared))
             scaled[k, j] = assign(f"scaled_{k + 1}_{j + 1}", entry)
             lower[k, j] = assign(f"lower_{k + 1}_{j + 1}", scaled[k, j] * inverse[j])
-            for i in below[j]:
-                if i > k and i not in below.setdefault(k, []):
-                    below[k].append(i)
-    return Factors(tuple(assignments), lower, tuple(inverse))
-
-
-def steps(mass: Iterable[tuple[int, int]], n: int) -> int:
-    """How many entries the factors have below the diagonal, and products of two of a column are taken for them."""
-    below: list[set[int]] = [set() for _ in range(n)]
-    for k, j in mass:
-        if k != j:
-            below[j].add(k)
-    for rows in below:
-        if rows:
-            below[min(rows)] |= rows - {min(rows)}
-    return sum(len(rows) * (len(rows) + 3) // 2 for rows in below)
+            before.setdefault(k, []).append(j)
+    return Factors(tuple(assignments), lower, tuple(inverse[k] for k in range(len(order))), ordering)
 
 
 def solve(
@@ -98,7 +86,7 @@ def solve(
             forward[k] = assign(f"reduced_{k + 1}", se.Add(forward.get(k, se.Integer(0)), *subtracted))
     x: dict[int, Any] = {}
     alone = [k for k in sorted(forward) if k not in factors.rows]
-    for k in alone + sorted(factors.rows, reverse=True):
+    for k in (*alone, *reversed(factors.rows)):
         subtracted = [-factors.lower[j, k] * x[j] for j in factors.columns.get(k, ()) if j in x]
         if k in forward or subtracted:
             value = se.Add(forward.get(k, se.Integer(0)) * factors.inverse_pivots[k], *subtracted)

@@ -14,10 +14,10 @@ import symengine as se
 from qddot.codegen.calculus import Definitions, Vector, by, dot
 from qddot.codegen.constrained import Constraints, contact, derive_constraints, in_order
 from qddot.codegen.convert import convert, symbol
-from qddot.codegen.elimination import steps
 from qddot.codegen.modes import Modes
 from qddot.codegen.motion import Motion
 from qddot.codegen.nodes import forget
+from qddot.codegen.ordering import Ordering, ordering
 from qddot.codegen.rewrite import Names
 from qddot.codegen.switches import Switches
 from qddot.model.contents import accelerations, as_prescribed, declared
@@ -30,7 +30,7 @@ from qddot.model.system import ModelError, System
 from qddot.model.table import knots_of
 
 #: Steps of an elimination that is written out, at most, or of one whose factors are sparse, so many a coordinate; see
-#: `elimination.steps`.
+#: `Ordering.steps`.
 _LONGEST_ELIMINATION, _SPARSE = 400, 10
 
 
@@ -155,8 +155,12 @@ class Equations:
         """Whether a function of the runner solves for accelerations: of constraints, or of many coupled coordinates."""
         if self.constraints or self.mass_matrix != "configuration-dependent":
             return bool(self.constraints)
-        n = len(self.coordinates)
-        return steps(self.mass, n) > max(_LONGEST_ELIMINATION, _SPARSE * n)
+        return self.elimination.steps > max(_LONGEST_ELIMINATION, _SPARSE * len(self.coordinates))
+
+    @cached_property
+    def elimination(self) -> Ordering:
+        """The order in which coordinates are eliminated from M qddot = f."""
+        return ordering(self.mass, len(self.coordinates))
 
     @property
     def mass_matrix(self) -> str:

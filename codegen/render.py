@@ -1,6 +1,7 @@
 """Programs as text: what the templates are given, all strings finished."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from itertools import groupby
 from textwrap import fill
 from typing import Any
@@ -28,6 +29,8 @@ from qddot.model.scene import row
 
 #: Characters of a line within a function.
 _ROOM = 116
+#: A text in lines as long.
+_fill = partial(fill, width=_ROOM, break_long_words=False, break_on_hyphens=False)
 
 
 def module(program: Program, source: str, origin: Sequence[str]) -> str:
@@ -66,7 +69,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             coordinates=len(equations.coordinates),
             patterns={name: program.pattern(name) for name in MATRICES if name in program.kernels},
             linear=program.linear,
-            recurrences=[fill(row, 116, subsequent_indent="    ", break_long_words=False) for row in rows],
+            recurrences=[_fill(row, subsequent_indent="    ") for row in rows],
             without_recurrence=missing,
             mass_matrix=equations.mass_matrix,
             uses_math="math." in body,
@@ -79,6 +82,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             contacts=bool(equations.contacts),
             scene=[row(shape, [u.symbol for u in equations.system.inputs]) for shape in equations.system.scene],
             solving=runtime_names(body, equations),
+            factors=_fill(" ".join(equations.elimination.texts if "FACTORS" in body else ())),
             functions=functions,
             lookups=lookups(program),
         )

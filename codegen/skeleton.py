@@ -152,8 +152,9 @@ def taken() -> frozenset[str]:
 @cache
 def _bare_module() -> str:
     """The template without a model's lines."""
-    single: dict[str, str | int] = {"source": "", "sympy": "", "mass_matrix": "", "without_recurrence": ""}
-    single |= {"coordinates": 0, "rhs_inputs": 0, "linear": False, "switched": False, "held": False, "contacts": False}
+    single: dict[str, str | int] = dict.fromkeys(("source", "sympy", "mass_matrix", "without_recurrence"), "")
+    single |= {"factors": "0:", "coordinates": 0, "rhs_inputs": 0}
+    single |= dict.fromkeys(("linear", "switched", "held", "contacts"), False)
     rows = ("origin", "state", "inputs", "positions", "outputs", "parameters", "constants", "recurrences", "lookups")
     tables = dict.fromkeys((*rows, "constraints", "events", "scene"), ())
     dicts: dict[str, dict[str, tuple[()]]] = {

@@ -1,19 +1,18 @@
 """Models of many coupled coordinates: solved at run time, they give what an elimination written out gives."""
 
+from itertools import combinations, pairwise
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numba import njit
 
 import qddot
 from qddot.codegen import constrained_drafts, lagrange
-from qddot.codegen.elimination import factorize, steps
 from qddot.codegen.generate import generate
-from qddot.codegen.rewrite import Names
+from qddot.codegen.ordering import ordering
 from qddot.model.pendulum import system
 from qddot.model.system import ModelError
-from qddot.runner.machine.coupled import decoupled, slopes
+from qddot.runner.machine.coupled import decoupled, table_of
 
 LINKS = 5
 
@@ -33,32 +32,10 @@ def pendulums(tmp_path_factory):
     return generated(folder / "unrolled", 10**6), generated(folder / "solved", 0)
 
 
-@njit
-def solution(M, f, forces, values):
-    decoupled(M, f)
-    slopes(M, forces, values, 1)
-
-
-@settings(max_examples=60, deadline=None, print_blob=True)
-@given(st.integers(1, 24), st.floats(0.0, 1.0), st.integers(0, 2**31))
-def test_random_sparse_matrices_are_solved(n, density, seed):
-    rng = np.random.default_rng(seed)
-    L = np.tril(np.where(rng.random((n, n)) < density, rng.normal(size=(n, n)), 0.0), -1) + np.eye(n)
-    M = L @ np.diag(rng.uniform(0.5, 2.0, n)) @ L.T
-    f, forces = rng.normal(size=n), rng.normal(size=(n, 3))
-    expected, columns = np.linalg.solve(M, f), np.linalg.solve(M, forces)
-    a, values, below = f.copy(), np.zeros(1 + 3 * n), np.triu(M)
-    solution(below, a, forces.copy(), values)
-    allowed = 1e-14 * np.linalg.cond(M)
-    assert a == pytest.approx(expected, rel=allowed, abs=allowed * np.abs(expected).max())
-    assert values[1:].reshape(n, 3) == pytest.approx(columns, rel=allowed, abs=allowed * np.abs(columns).max())
-    assert values[0] == 0.0
-
-
 def test_a_mass_matrix_that_is_singular_gives_no_finite_acceleration():
     M, f = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([1.0, 2.0])
-    decoupled_once = njit(lambda M, f: decoupled(M, f))
-    decoupled_once(M, f)
+    decoupled_once = njit(lambda M, factors, f: decoupled(M, factors, f))
+    decoupled_once(M, np.array(table_of("0:1 1:")), f)
     assert not np.isfinite(f).all()
 
 
@@ -105,23 +82,11 @@ def test_both_forms_run_in_lanes(pendulums):
     assert other.final == pytest.approx(one.final, abs=1e-6)
 
 
-@settings(max_examples=60, deadline=None, print_blob=True)
-@given(st.integers(1, 12), st.sets(st.tuples(st.integers(0, 11), st.integers(0, 11)), max_size=30))
-def test_steps_are_those_of_the_elimination(n, pairs):
-    import symengine as se
-
-    places = {(max(pair), min(pair)) for pair in pairs if max(pair) < n and len(set(pair)) == 2}
-    mass = {place: se.Symbol(f"m_{place[0]}_{place[1]}") for place in [*places, *((k, k) for k in range(n))]}
-    lower = factorize(mass, n, Names(()).fresh).lower
-    counts = [sum(column == j for _, column in lower) for j in range(n)]
-    assert steps(mass, n) == sum(count * (count + 3) // 2 for count in counts)
-
-
 def test_small_models_are_written_out_and_large_ones_are_not():
     assert not lagrange.derive(system(4)).solved_at_run_time
-    assert steps([(k, j) for k in range(12) for j in range(k + 1)], 12) < lagrange._LONGEST_ELIMINATION
-    assert steps([(k, j) for k in range(13) for j in range(k + 1)], 13) > lagrange._LONGEST_ELIMINATION
-    assert steps([(k, k - 1) for k in range(1, 1000)], 1000) < lagrange._SPARSE * 1000
+    assert ordering(combinations(range(12), 2), 12).steps < lagrange._LONGEST_ELIMINATION
+    assert ordering(combinations(range(13), 2), 13).steps > lagrange._LONGEST_ELIMINATION
+    assert ordering(pairwise(range(1000)), 1000).steps < lagrange._SPARSE * 1000
 
 
 def test_too_many_coupled_coordinates_are_refused(tmp_path, monkeypatch):

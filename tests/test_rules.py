@@ -12,6 +12,7 @@ from qddot.codegen.constants import hoist
 from qddot.codegen.elimination import factorize, solve
 from qddot.codegen.kernel import Kernel, KernelError, Slot
 from qddot.codegen.lower import optimize
+from qddot.codegen.ordering import ordering
 from qddot.codegen.printer import Printer
 from qddot.codegen.rewrite import Names
 from qddot.codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
@@ -164,7 +165,7 @@ def test_unrolled_elimination_solves_sparse_positive_definite_systems(n, seed, d
     loads = {k: se.Symbol(f"r_{k}") for k in range(n) if right[k] != 0}
     values |= {str(symbol): right[k] for k, symbol in loads.items()}
     names = Names(values)
-    factors = factorize(entries, n, names.fresh)
+    factors = factorize(entries, ordering(entries, n), names.fresh)
     steps, x = solve(factors, loads, names.fresh)
     reads = frozenset([*entries.values(), *loads.values()])
     writes = tuple((Slot("x", (k,)), x[k]) for k in sorted(x))

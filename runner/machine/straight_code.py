@@ -233,7 +233,7 @@ class StraightCode:
     def _named(self, node: ast.Name) -> Typed:
         if node.id in self._kept:
             return types.float64, self._builder.load(self._builder.gep(self._frame, [_WORD(self._kept[node.id])]))
-        return self._values[node.id]
+        return self._values[node.id] if node.id in self._values else self._constant(self._names[node.id])
 
     def _opposite(self, node: ast.UnaryOp) -> Typed:
         if isinstance(node.op, ast.Not):
@@ -250,6 +250,8 @@ class StraightCode:
             return types.boolean, _BIT(value)
         if isinstance(value, int):
             return types.literal(value), self._context.get_constant(types.intp, value)
+        if isinstance(value, str):  # for what reads it when it is compiled
+            return types.literal(value), self._context.get_dummy_value()
         return types.float64, _DOUBLE(value)
 
     def _arithmetic(self, node: ast.BinOp) -> Typed:
