@@ -1,7 +1,6 @@
 """From models to files: write what the models give, or show how the files differ from it."""
 
 import difflib
-import gc
 import os
 import reprlib
 import subprocess
@@ -23,6 +22,7 @@ from qddot.codegen.nodes import forget
 from qddot.codegen.render import module
 from qddot.codegen.sources import Source
 from qddot.codegen.wall import check_module
+from qddot.cycles import cycles_left_alone
 from qddot.model.system import ModelError, System
 
 #: The first line of what is generated begins so; nothing else in the folder is touched.
@@ -70,7 +70,7 @@ def artefacts(system: System, source: str, files: Mapping[str, str] = MappingPro
 
     source: as headers say it; files: the digests of what was read, by what headers call it, see `qddot.origin`.
     """
-    with _cycles_left_alone():
+    with cycles_left_alone():
         equations = derive(system)
         try:
             kernels = module(lower(equations), source, [origin.line(*each) for each in files.items()])
@@ -81,18 +81,6 @@ def artefacts(system: System, source: str, files: Mapping[str, str] = MappingPro
         document = describe(equations, source, _MOST_TERMS)
         forget()
         return {f"{system.name}.py": kernels, f"{system.name}.tex": tex(document)}
-
-
-@contextmanager
-def _cycles_left_alone() -> Iterator[None]:
-    """Within the block Python looks for no cycles: expressions hold none, however many they are."""
-    before = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if before:
-            gc.enable()
 
 
 def formatted(texts: Mapping[str, str]) -> dict[str, str]:

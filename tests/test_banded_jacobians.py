@@ -8,13 +8,18 @@ from numba import njit
 from runs import problem as problem_of
 from runs import run
 
-from qddot.runner.machine.linear_algebra import factorize_band, find_lapack, solve_band
+from qddot.runner.machine import linear_algebra
+from qddot.runner.machine.linear_algebra import find_lapack
 from qddot.runner.matrices import Pattern, PlacedKernel
 from qddot.runner.stiff import band
 from qddot.runner.stiff.band import Band, band_of
 
 SEED = 20261127
 METHOD_NAMES = ("ode15s", "rodas5p")
+#: For Python to call.
+factorize_band, solve_band = (
+    njit(function.py_func) for function in (linear_algebra.factorize_band, linear_algebra.solve_band)
+)
 
 
 @njit

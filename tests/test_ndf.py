@@ -320,20 +320,20 @@ class TestBoth:
             run(method, replace(SMOOTH, **change), **options)
 
     def test_large_systems_go_through_lapack(self, method):
-        n = 60
-        line = problem(diffusion, 0.1, np.sin(np.pi * np.arange(1, n + 1) / (n + 1)), c=[(n + 1.0) ** 2])
+        n, line = 60, diffusing(60)
         found = run(method, line, rtol=1e-6, atol=1e-9)
         decay = 4 * (n + 1.0) ** 2 * np.sin(np.pi / (2 * (n + 1))) ** 2
         np.testing.assert_allclose(found.states[-1], line.initial_state * np.exp(-0.1 * decay), rtol=1e-4)
 
-    def test_second_process_takes_the_loop_from_the_cache(self, method):
+    def test_second_process_takes_the_loop_from_the_cache_for_small_and_large_systems(self, method):
         run(method, AXLE)
         module = METHODS[method].integrate.__module__
         code = (
             f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-            f"import {module} as module; from test_ndf import AXLE, run\n"
+            f"import {module} as module; from test_ndf import AXLE, diffusing, run\n"
             "from qddot.runner.stiff.driver import compiled_loop\n"
             f"run({method!r}, AXLE)\n"
+            f"run({method!r}, diffusing(60))\n"
             "stats = compiled_loop(module.run_slice, module.CONTROL).stats\n"
             "print(len(stats.cache_hits), sum(stats.cache_misses.values()))\n"
         )
@@ -349,6 +349,11 @@ def diffusion(t, x, u, c, dx):
         left = x[i - 1] if i > 0 else 0.0
         right = x[i + 1] if i < n - 1 else 0.0
         dx[i] = c[0] * (left - 2.0 * x[i] + right)
+
+
+def diffusing(n):
+    """The slowest mode of n cells."""
+    return problem(diffusion, 0.1, np.sin(np.pi * np.arange(1, n + 1) / (n + 1)), c=[(n + 1.0) ** 2])
 
 
 def test_newton_failure_is_reported_as_such():

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parent.parent
 ROOMS = {"units", "model", "codegen", "generated", "runner", "paper", "studies"}
 
 #: Of the front door, what rooms may import.
-SHARED = {"words", "origin", "extras"}
+SHARED = {"words", "origin", "extras", "cycles"}
 
 #: The rooms of the runner from the first to the last: each may import those before it.
 RUNNER = (

@@ -11,6 +11,8 @@ from typing import Any
 from numba.core import codegen
 from numba.core.compiler import Compiler
 
+from qddot.cycles import cycles_left_alone
+
 
 class _Quiet:
     """Stands where numba sets the environment of machine code, of which there is none here."""
@@ -29,6 +31,10 @@ class _Inner(codegen.JITCodeLibrary):  # type: ignore[misc]
     def codegen(self) -> Any:
         """What numba asks for an environment."""
         return _Quiet
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Left to the outermost, which optimises it with all that surrounds it."""
+        module.data_layout = self._codegen._data_layout
 
     def finalize(self) -> None:
         """Leave it at what was lowered."""
@@ -96,7 +102,8 @@ def _compiling_into(kind: type) -> type[Compiler]:
         def compile_extra(self, function: Any) -> Any:
             self.state.library = kind(self.state.targetctx.codegen(), function.__qualname__)
             self.state.library.enable_object_caching()
-            return super().compile_extra(function)
+            with cycles_left_alone():
+                return super().compile_extra(function)
 
     return Compiling
 

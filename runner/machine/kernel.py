@@ -14,6 +14,7 @@ from numba import njit, types
 from numba.core.errors import NumbaError
 from numba.extending import typeof_impl
 
+from qddot.cycles import cycles_left_alone
 from qddot.runner import abi
 from qddot.runner.machine.compiled import ARITHMETIC, compiled, keeping_code
 from qddot.runner.machine.memory import BY_ADDRESS, VIEW, first_item, floats
@@ -67,7 +68,8 @@ def compiled_kernel(function: Any, signature: Any) -> Kernel:
 def _compiled(text: Any, signature: Any, function: Any) -> Kernel:
     with keeping_code(Path(function.py_func.__code__.co_filename)):
         made = njit(cache=True, **ARITHMETIC, **BY_ADDRESS)(text)
-    made.compile(signature)
+    with cycles_left_alone():
+        made.compile(signature)
     return Kernel(made, signature)
 
 

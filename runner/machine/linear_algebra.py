@@ -14,9 +14,12 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, first_item
 
 #: Systems of more unknowns go to LAPACK, which overtakes the loops below at about this size (measured).
 LARGEST_OWN = 32
+#: The letter that asks LAPACK for A x = b, not Aᵀ x = b.
+PLAIN = ord("N")
 
 
 class Lapack(NamedTuple):
@@ -61,7 +64,7 @@ def call(typing_context: Any, address: Any, pointers: Any) -> Any:
     return types.void(types.int64, pointers), generate
 
 
-@compiled()
+@compiled(**LEAN)
 def factorize(lapack, W, pivots):
     """Overwrite W, an (n, n) matrix by columns, with its factors; pivots (n,) int64 takes the row exchanges.
 
@@ -93,7 +96,7 @@ def factorize(lapack, W, pivots):
     return -1
 
 
-@compiled()
+@compiled(**LEAN)
 def solve(lapack, W, pivots, b):
     """Overwrite b (n,) with the solution of W x = b, after `factorize`."""
     n = len(W)
@@ -114,12 +117,12 @@ def solve(lapack, W, pivots, b):
             b[i] -= value * W[k, i]
 
 
-@compiled()
+@compiled(**LEAN)
 def _factorize_large(lapack, W, pivots):
     """LAPACK's dgetrf(m, n, a, lda, ipiv, info). Its 32-bit pivots fill half of ours; the integers lie at the end."""
     n = len(W)
     pivots[n - 1], pivots[n - 2] = n, 0
-    matrix, exchanges = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data)
+    matrix, exchanges = first_item(W), first_item(pivots)
     size, info = exchanges + 8 * (n - 1), exchanges + 8 * (n - 2)
     call(lapack.factor_routine, (size, size, matrix, size, exchanges, info))
     for k in range(n):
@@ -128,18 +131,18 @@ def _factorize_large(lapack, W, pivots):
     return -1
 
 
-@compiled()
+@compiled(**LEAN)
 def _solve_large(lapack, W, pivots, b):
     """LAPACK's dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)."""
     n = len(W)
-    pivots[n - 1], pivots[n - 2], pivots[n - 3], pivots[n - 4] = n, 0, 1, ord("N")
-    matrix, exchanges, right = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data), np.int64(b.ctypes.data)
+    pivots[n - 1], pivots[n - 2], pivots[n - 3], pivots[n - 4] = n, 0, 1, PLAIN
+    matrix, exchanges, right = first_item(W), first_item(pivots), first_item(b)
     size = exchanges + 8 * (n - 1)
     info, one, plain = size - 8, size - 16, size - 24
     call(lapack.solve_routine, (plain, size, one, matrix, size, exchanges, right, size, info))
 
 
-@compiled()
+@compiled(**LEAN)
 def factorize_band(lapack, W, lower, upper, pivots):
     """As `factorize`, of a band by columns: W (n, 2 lower + upper + 1), the diagonal at W[:, lower + upper].
 
@@ -149,7 +152,7 @@ def factorize_band(lapack, W, lower, upper, pivots):
     n, width = W.shape
     integers = _integers(pivots, n, width, lower, upper)
     size, below, above, length, info = integers, integers - 8, integers - 16, integers - 24, integers - 32
-    matrix, exchanges = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data)
+    matrix, exchanges = first_item(W), first_item(pivots)
     call(lapack.factor_routine, (size, size, below, above, matrix, length, exchanges, info))
     for k in range(n):
         if not 0.0 < abs(W[k, lower + upper]) < np.inf:
@@ -157,20 +160,20 @@ def factorize_band(lapack, W, lower, upper, pivots):
     return -1
 
 
-@compiled()
+@compiled(**LEAN)
 def solve_band(lapack, W, lower, upper, pivots, b):
     """As `solve`, after `factorize_band`: dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)."""
     n, width = W.shape
     integers = _integers(pivots, n, width, lower, upper)
     size, below, above, length, info = integers, integers - 8, integers - 16, integers - 24, integers - 32
     one, plain = integers - 40, integers - 48
-    matrix, exchanges, right = np.int64(W.ctypes.data), np.int64(pivots.ctypes.data), np.int64(b.ctypes.data)
+    matrix, exchanges, right = first_item(W), first_item(pivots), first_item(b)
     call(lapack.solve_routine, (plain, size, below, above, one, matrix, length, exchanges, right, size, info))
 
 
-@compiled()
+@compiled(**LEAN)
 def _integers(pivots, n, width, lower, upper):
     """Write what LAPACK wants by address behind the pivots; the address of the first, the others lie before it."""
-    for k, value in enumerate((n, lower, upper, width, 0, 1, ord("N"))):
+    for k, value in enumerate((n, lower, upper, width, 0, 1, PLAIN)):
         pivots[n - 1 - k] = value
-    return np.int64(pivots.ctypes.data) + 8 * (n - 1)
+    return first_item(pivots) + 8 * (n - 1)
