@@ -4,7 +4,6 @@ import numpy as np
 import runs
 from numba import njit
 
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Trajectory
@@ -12,7 +11,7 @@ from qddot.runner.problem import Trajectory
 ADAPTIVE = [name for name, method in METHODS.items() if method.family == "adaptive"]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def circle(t, x, u, c, dx):
     """x = (cos t, sin t) from (1, 0); nonlinear, so that no order condition is met by accident."""
     r = x[0] * x[0] + x[1] * x[1]
@@ -20,7 +19,7 @@ def circle(t, x, u, c, dx):
     dx[1] = x[0] * r
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def three(t, x, u, c, dx):
     """Three unrelated problems whose solution from (1, 1, 0, 1) is `three_at`."""
     dx[0] = x[0] * np.cos(t)
@@ -34,21 +33,21 @@ def three_at(t):
     return np.stack([np.exp(np.sin(t)), 1 / np.sqrt(1 + t), np.sin(t), np.cos(t)], axis=-1)
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def axle(t, x, u, c, dx):
     """Equation (12) of the paper: c = (stiffness / mass, gravity)."""
     dx[0] = x[1]
     dx[1] = -c[0] * x[0] - c[1]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def forced(t, x, u, c, dx):
     """x'' + 2 c1 c0 x' + c0^2 x = u0."""
     dx[0] = x[1]
     dx[1] = u[0] - 2.0 * c[1] * c[0] * x[1] - c[0] * c[0] * x[0]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def falling(t, x, u, c, dx):
     """Free fall."""
     dx[0] = x[1]

@@ -1,5 +1,6 @@
 """Fixtures that several test files share."""
 
+import gc
 import importlib
 from types import ModuleType
 
@@ -15,6 +16,14 @@ from qddot.runner.ranges import expanded
 #: those with constraints, whose kernels call functions of the runner.
 CONSTRAINED = ("four_bar",)
 MODELS = tuple(name for name in shipped_names() if name not in CONSTRAINED and not shipped(name).states)
+
+#: To collect 190 files makes half a million objects, which stay: Python need not look through them again and again.
+gc.disable()
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 #: Files that take longest, from half a minute of a processor down to ten seconds: begun first, so that the processes

@@ -9,7 +9,6 @@ import runs
 from numba import njit
 from numpy.typing import ArrayLike
 
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.frame.spans import integrate
 from qddot.runner.inputs.signal import Signal, stack
 from qddot.runner.matrices import PlacedKernel, pattern
@@ -24,14 +23,14 @@ FIXED = [name for name, method in METHODS.items() if method.family == "fixed"]
 EXACT_ON_CUBICS = [name for name in EVERY if name not in ("euler", "heun", "midpoint", "ode15s")]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def states_of(t, x, u, c, values):
     """A as it lies in the constants."""
     for k in range(len(x) ** 2):
         values[k] = c[k]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def inputs_of(t, x, u, c, values):
     """B without its last column, behind A."""
     n, m = len(x), len(u)
@@ -40,7 +39,7 @@ def inputs_of(t, x, u, c, values):
             values[m * i + j] = c[n * n + (m + 1) * i + j]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def slopes_of(t, x, u, c, dx):
     """A x + B [u, 1]."""
     n, m = len(x), len(u)

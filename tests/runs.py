@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.signal import InputTable, stack
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
@@ -15,14 +14,14 @@ from qddot.runner.takers import fitted
 NO_INPUTS = stack([], [])
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def exploding(t, x, u, c, dx):
     """The second state is 1/(1 - t) until it is infinite at t = 1."""
     dx[0] = -x[0]
     dx[1] = x[1] * x[1]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def rooted(t, x, u, c, dx):
     """The second state's slope is no number once the first is negative, at t = 1."""
     dx[0] = -1.0

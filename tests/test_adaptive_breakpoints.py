@@ -5,7 +5,6 @@ import pytest
 from adaptive_runs import ADAPTIVE, forced, run
 from numba import njit
 
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.shapes import pulse_train
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.machine.memory import address, integers
@@ -102,7 +101,7 @@ def test_breakpoints_that_are_one_in_floating_point_are_landed_on_once():
     assert trajectory.states[-1, 0] == pytest.approx(0.125)
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def counting(t, x, u, c, dx):
     """`forced`, undamped, that counts its calls at the address c0."""
     integers(np.int64(c[0]), 1)[0] += 1

@@ -3,7 +3,6 @@ import pytest
 from adaptive_runs import ADAPTIVE, circle, falling, forced, run
 from numba import njit
 
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.frame.events import Event, OutputCrossing, StateCrossing
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.problem import Status
@@ -21,7 +20,7 @@ def late(t, x, u, c):
     return t - 0.5
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def angle_outputs(t, x, u, c, y):
     y[0] = x[0] - x[1]
     y[1] = x[0] * x[1]

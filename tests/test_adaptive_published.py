@@ -7,20 +7,19 @@ from scipy.integrate import RK23, RK45
 from scipy.integrate._ivp.rk import rk_step
 
 from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
-from qddot.runner.abi import VECTOR_KERNEL
 
 M2, K, GRAVITY = 120.0, 2.15e6 + 6.5e4, 9.81
 AXLE = (K / M2, GRAVITY)
 SCIPY = {"ode23": RK23, "ode45": RK45}
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def ramp(t, x, u, c, dx):
     """x' = -2 x + t."""
     dx[0] = -2.0 * x[0] + t
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def epidemic(t, x, u, c, dx):
     """The susceptible, the infected, the recovered."""
     dx[0] = -0.01 * x[0] * x[1]
@@ -28,7 +27,7 @@ def epidemic(t, x, u, c, dx):
     dx[2] = 0.1 * x[1]
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def growth(t, x, u, c, dx):
     """x' = x."""
     dx[0] = x[0]

@@ -12,13 +12,12 @@ from numba import njit
 from runs import exploding, problem, rooted
 
 from benchmarks.problems.orbits import ARENSTORF_START, arenstorf
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.methods import find_method
 from qddot.runner.options import Options
 from qddot.runner.problem import Status
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def growing(t, x, u, c, dx):
     dx[0] = 1.0
     dx[1] = 50.0 * x[1]
@@ -140,7 +139,7 @@ def test_any_number_of_states(n):
     np.testing.assert_allclose(trajectory.states[-1], np.exp(-0.1 * np.arange(1, n + 1)), rtol=1e-8)
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def decays(t, x, u, c, dx):
     for i in range(len(x)):
         dx[i] = -0.1 * (i + 1) * x[i]

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from numba import njit
 
 import qddot
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.frame.events import Event, OutputCrossing, StateCrossing
 from qddot.runner.frame.turns import points, room, to_bernstein, turning_points
 from qddot.runner.problem import Status
@@ -27,7 +26,7 @@ def quick(t, x, u, c):
     return np.cos(10.0 * x[0])
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def squares(t, x, u, c, y):
     y[0] = x[0] * x[0]
     y[1] = x[0] * x[0] * x[1]

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from numba import njit
 
 import qddot
-from qddot.runner.abi import VECTOR_KERNEL
 from qddot.runner.inputs.bind import bind, check_smooth
 from qddot.runner.inputs.instants import RESOLVED, ROUNDING, apart, between, side_of
 from qddot.runner.inputs.signal import START, jumps, values_at
@@ -310,7 +309,7 @@ def test_a_batch_refuses_a_pulse_that_an_offset_makes_too_short(model):
         qddot.simulate(model, (EPOCH, EPOCH + 1), method="ode45", inputs={"F": pulse.shifted(1.0, -EPOCH)})
 
 
-@njit(VECTOR_KERNEL)
+@njit
 def integrator(t, x, u, c, dx):
     """x' = u."""
     dx[0] = u[0]
