@@ -38,7 +38,7 @@ def hoist(
             kept.append((symbol, hoisting.stripped(expression)))
     writes = [(slot, hoisting.stripped(expression)) for slot, expression in kernel.writes]
     reads = kernel.reads | {symbol for symbol, _ in hoisting.assignments}
-    return tuple(hoisting.assignments), Kernel(reads, tuple(kept), tuple(writes))
+    return tuple(hoisting.assignments), Kernel(reads, tuple(kept), tuple(writes), kernel.loops)
 
 
 class _Hoisting:

@@ -20,13 +20,38 @@ class KernelError(Exception):
 
 @dataclass(frozen=True)
 class Slot:
-    """An entry of one of a generated function's arguments: state[3], matrix[0, 2], or the argument t itself."""
+    """An entry of one of a generated function's arguments: state[3], matrix[0, 2], or the argument t itself.
+
+    adds: what is written is added to what stands there. loop: which of a kernel's loops it is written in, index being
+    that of the first cell, steps how far it goes from one to the next.
+    """
 
     argument: str
     index: tuple[int, ...]
+    adds: bool = False
+    loop: int | None = None
+    steps: tuple[int, ...] = ()
+
+    @property
+    def item(self) -> tuple[str, tuple[int, ...]]:
+        """Where it is, or begins."""
+        return self.argument, self.index
 
     def __str__(self) -> str:
         return f"{self.argument}[{', '.join(map(str, self.index))}]" if self.index else self.argument
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What is done for each of many cells. symbols: what stands for a symbol of each cell -> those, in order."""
+
+    counter: str
+    count: int
+    symbols: Mapping[Any, tuple[Any, ...]]
+
+    def with_symbols(self, symbols: Mapping[Any, tuple[Any, ...]]) -> "Loop":
+        """The same with other symbols."""
+        return Loop(self.counter, self.count, symbols)
 
 
 @dataclass(frozen=True)
@@ -34,15 +59,17 @@ class Kernel:
     """A straight-line function in single assignment form, checked at birth.
 
     reads: the symbols it may read. temporaries: (symbol, expression), each in reads and earlier temporaries.
-    writes: (slot, expression), in index order. Expressions are SymEngine's.
+    writes: (slot, expression), in index order. Expressions are SymEngine's. loops: parts that are done for many cells;
+    what holds a symbol that stands for those of cells, if by way of temporaries, belongs to its loop.
     """
 
     reads: frozenset[Any]
     temporaries: tuple[Assignment, ...]
     writes: tuple[tuple[Slot, Any], ...]
+    loops: tuple[Loop, ...] = ()
 
     def __post_init__(self) -> None:
-        known = set(self.reads)
+        known = set(self.reads).union(*(loop.symbols for loop in self.loops))
         for symbol, expression in self.temporaries:
             if symbol in known:
                 raise KernelError(f"{symbol} is assigned twice")
@@ -59,9 +86,24 @@ class Kernel:
         return tuple(e for _, e in self.temporaries) + tuple(e for _, e in self.writes)
 
     @cached_property
-    def used(self) -> frozenset[Any]:
+    def held(self) -> frozenset[Any]:
         """All symbols that occur in a right-hand side, temporaries among them."""
         return frozenset().union(*(symbols_of(expression) for expression in self.expressions))
+
+    @cached_property
+    def used(self) -> frozenset[Any]:
+        """The same, and those of all cells."""
+        cells = (loop.symbols[each] for loop in self.loops for each in self.held & loop.symbols.keys())
+        return self.held.union(*cells)
+
+    @cached_property
+    def homes(self) -> Mapping[Any, int]:
+        """The loop that a symbol belongs to."""
+        found = {symbol: k for k, loop in enumerate(self.loops) for symbol in loop.symbols}
+        for symbol, expression in self.temporaries if found else ():
+            for each in symbols_of(expression) & found.keys():
+                found[symbol] = found[each]
+        return found
 
     @cached_property
     def calls(self) -> frozenset[str]:
@@ -74,17 +116,24 @@ class Kernel:
         """Additions, multiplications, divisions, powers and function calls, all counted as one."""
         return sum(operations(expression) for expression in self.expressions)
 
+    def indices(self, slot: Slot) -> list[tuple[int, ...]]:
+        """The index of a slot, or those in all cells of its loop."""
+        if slot.loop is None:
+            return [slot.index]
+        pairs = list(zip(slot.index, slot.steps, strict=True))
+        return [tuple(first + step * cell for first, step in pairs) for cell in range(self.loops[slot.loop].count)]
+
     def replace(self, temporaries: Iterable[Assignment], writes: Iterable[tuple[Slot, Any]]) -> "Kernel":
         """The same reads with other assignments, unchecked: `checked` follows at the end of a chain of rules."""
         kernel = object.__new__(Kernel)
-        values = {"reads": self.reads, "temporaries": tuple(temporaries), "writes": tuple(writes)}
-        for name, value in values.items():
+        parts = {"reads": self.reads, "temporaries": tuple(temporaries), "writes": tuple(writes), "loops": self.loops}
+        for name, value in parts.items():
             object.__setattr__(kernel, name, value)
         return kernel
 
     def checked(self) -> "Kernel":
         """The same kernel, after the check for single assignment form."""
-        return Kernel(self.reads, self.temporaries, self.writes)
+        return Kernel(self.reads, self.temporaries, self.writes, self.loops)
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
         """What the kernel writes, as slot text -> number, computed slowly from the names of its reads: the truth.
@@ -92,9 +141,27 @@ class Kernel:
         Raises KernelError where a read that is used has no value.
         """
         known = {symbol: values[str(symbol)] for symbol in self.reads & self.used if str(symbol) in values}
+        self._assign(known, None)
+        found: dict[str, float] = {}
+        for slot, expression in self.writes:
+            if slot.loop is None:
+                found[str(slot)] = number(expression, known)
+        for k, loop in enumerate(self.loops):
+            writes = [(slot, self.indices(slot), e) for slot, e in self.writes if slot.loop == k]
+            for cell in range(loop.count):
+                inside = {each: known[column[cell]] for each, column in loop.symbols.items() if column[cell] in known}
+                inside |= known
+                self._assign(inside, k)
+                for slot, indices, expression in writes:
+                    item = str(Slot(slot.argument, indices[cell]))
+                    found[item] = number(expression, inside) + (found[item] if slot.adds else 0.0)
+        return found
+
+    def _assign(self, known: dict[Any, float], loop: int | None) -> None:
+        """Compute the temporaries of a loop, or those of none."""
         for symbol, expression in self.temporaries:
-            known[symbol] = number(expression, known)
-        return {str(slot): number(expression, known) for slot, expression in self.writes}
+            if self.homes.get(symbol) == loop:
+                known[symbol] = number(expression, known)
 
 
 def number(expression: Any, values: Mapping[Any, float]) -> float:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from qddot.codegen.lower import Program
+from qddot.codegen.program import Program
 from qddot.model.interpolation import Pieces
 from qddot.model.patches import Patches
 from qddot.model.table import DATA, HELD, LINES, Table, ending, knots_of

@@ -7,7 +7,9 @@ import symengine as se
 
 from qddot.codegen.kernel import Kernel
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.ranges import compressed
 from qddot.codegen.recurrences import ONE, Form, NoRecurrenceError, Recurrences, added, alone, factor_text, scaled
+from qddot.codegen.recurrences_cells import Cells, with_rates
 from qddot.codegen.rewrite import Names
 
 
@@ -21,24 +23,37 @@ def recurrences(
     if equations.constraints:
         return (), "motion under constraints"
     kernel = _free(kernels.get("balance", kernels["rhs"]), equations)
+    standing = (each for loop in kernel.loops for each in loop.symbols)
     taken = (*equations.state, *equations.accelerations, *equations.channels)
-    names = Names(map(str, (*taken, equations.time, *constants, *(s for s, _ in kernel.temporaries))))
-    rates = {equations.time: se.Integer(1)} | dict(zip(equations.coordinates, equations.velocities, strict=True))
-    table = Recurrences((*constants, *equations.parameters), rates, names)
+    names = Names(map(str, (*taken, equations.time, *constants, *(s for s, _ in kernel.temporaries), *standing)))
+    rates = dict(zip(equations.coordinates, equations.velocities, strict=True))
+    kernel, of_cells = with_rates(kernel, rates, names)
+    fixed = {*constants, *equations.parameters}
+    fixed |= {each for loop in kernel.loops for each, column in loop.symbols.items() if fixed.issuperset(column)}
+    table = Recurrences(fixed, {equations.time: se.Integer(1), **rates, **of_cells}, names)
     try:
         for symbol, expression in kernel.temporaries:
             table.assign(symbol, expression)
-        writes = {(slot.argument, slot.index): table.form(value) for slot, value in kernel.writes}
+        writes = {(s.argument, s.index): table.form(value) for s, value in kernel.writes if s.loop is None}
+        if kernel.loops:
+            Cells(kernel, names).write(table, writes)
         rows = _motion(equations, table, writes)
     except NoRecurrenceError as error:
         return (), str(error)
     rows |= table.needed(row[-1] for row in rows.values())
-    return tuple(" ".join((name, *row)) for name, row in rows.items()), ""
+    found = [" ".join((name, *row)) for name, row in rows.items()]
+    if not kernel.loops:
+        return tuple(found), ""
+    return tuple(
+        row for rows in compressed(found, turns=True) for row in ((rows,) if isinstance(rows, str) else rows)
+    ), ""
 
 
 def _free(kernel: Kernel, equations: Equations) -> Kernel:
     """A kernel without modes: series hold conditions by themselves."""
-    nothing = dict.fromkeys(equations.modes.functions, se.Integer(0))
+    modes = equations.modes.functions.keys()
+    standing = {each for loop in kernel.loops for each, column in loop.symbols.items() if modes >= set(column)}
+    nothing = dict.fromkeys((*modes, *standing), se.Integer(0))
     if not kernel.used & nothing.keys():
         return kernel
     temporaries = [(symbol, expression.subs(nothing)) for symbol, expression in kernel.temporaries]

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
-from itertools import groupby
 from textwrap import fill
 from typing import Any
 
@@ -12,13 +11,15 @@ from qddot.codegen.constrained import in_order
 from qddot.codegen.constrained_drafts import COLUMNS, RESTING, SYSTEM, calls, runtime_names, solution_slots
 from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.environment import environment
-from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.kernel import Kernel
+from qddot.codegen.kernel_text import ROOM, entry, paragraphs, unpacked
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.lookup import lookups
-from qddot.codegen.lower import Program
 from qddot.codegen.nodes import symbols_of
+from qddot.codegen.place_rows import place_rows
 from qddot.codegen.printer import Printer
-from qddot.codegen.ranges import compressed, kind
+from qddot.codegen.program import Program
+from qddot.codegen.ranges import compressed
 from qddot.codegen.recurrences_motion import recurrences
 from qddot.codegen.skeleton import HEADS, MATRICES, Function, copying, function
 from qddot.model.constraints import Constraint
@@ -27,10 +28,8 @@ from qddot.model.events import Event, Impact
 from qddot.model.resting import resting
 from qddot.model.scene import row
 
-#: Characters of a line within a function.
-_ROOM = 116
-#: A text in lines as long.
-_fill = partial(fill, width=_ROOM, break_long_words=False, break_on_hyphens=False)
+#: A text in lines as long as those of a function.
+_fill = partial(fill, width=ROOM, break_long_words=False, break_on_hyphens=False)
 
 
 def module(program: Program, source: str, origin: Sequence[str]) -> str:
@@ -51,15 +50,17 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             origin=origin,
             sympy=sympy.__version__,
             system=equations.system,
-            state=compressed(_state_table(program)),
-            inputs=compressed(_input_table(program)),
+            state=compressed(_state_table(program), turns=True),
+            inputs=compressed(_input_table(program), turns=True),
             rhs_inputs=program.rhs_channels,
             switched=bool(equations.switches.functions),
             held="modes" in program.kernels,
             positions=compressed(list(equations.positions)),
-            outputs=compressed([(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions]),
+            outputs=compressed(
+                [(str(o.symbol), o.unit, o.meaning) for o in equations.system.output_expressions], turns=True
+            ),
             parameters=compressed(
-                [(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters]
+                [(str(p.symbol), float(p.default), p.unit, p.meaning) for p in equations.system.parameters], turns=True
             ),
             parameter_sets={
                 name: dict(compressed([(str(symbol), float(value)) for symbol, value in values.items()]))
@@ -67,7 +68,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             },
             constants=compressed([str(symbol) for symbol in program.constants[len(equations.parameters) :]]),
             coordinates=len(equations.coordinates),
-            patterns={name: program.pattern(name) for name in MATRICES if name in program.kernels},
+            patterns={name: _pattern(program, name) for name in MATRICES if name in program.kernels},
             linear=program.linear,
             recurrences=[_fill(row, subsequent_indent="    ") for row in rows],
             without_recurrence=missing,
@@ -87,6 +88,12 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             lookups=lookups(program),
         )
     )
+
+
+def _pattern(program: Program, name: str) -> tuple[Any, ...]:
+    """The places of a kernel's matrix; those of many cells as texts."""
+    rows = program.pattern(name)
+    return place_rows(rows) if any(kernel.loops for kernel in program.kernels.values()) else rows
 
 
 def _set_by(event: Event, equations: Equations) -> tuple[str, ...]:
@@ -132,20 +139,8 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
     if any(slot.argument == "mass_matrix" for slot, _ in kernel.writes):
         return function(name, _solving(program, name, kernel, printer))
     copied = len(program.equations.parameters) if name == "constants" else 0
-    writes = list(enumerate(kernel.writes))[copied:]
-    target = HEADS[name][0][-1]
-    paragraphs = (
-        copying(copied),
-        _unpacked(program, name, kernel.replace(kernel.temporaries, kernel.writes[copied:])),
-        tuple(f"{symbol} = {printer(expression)}" for symbol, expression in kernel.temporaries),
-        tuple(f"{target}[{k}] = {printer(value)}{_place(slot)}" for k, (slot, value) in writes),
-    )
-    return function(name, paragraphs, states=bool(program.equations.states))
-
-
-def _place(slot: Slot) -> str:
-    """What says of an entry of a matrix where it stands."""
-    return f"  # [{', '.join(map(str, slot.index))}]" if len(slot.index) > 1 else ""
+    lines = paragraphs(kernel, program.slots_of(name), printer, HEADS[name][0][-1], copied)
+    return function(name, (copying(copied), *lines), states=bool(program.equations.states))
 
 
 def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> Iterable[tuple[str, ...]]:
@@ -169,39 +164,16 @@ def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> I
     places = [
         (k + solved_for * (bool(columns) and slot.index[0] >= behind), (slot, e)) for k, (slot, e) in enumerate(others)
     ]
-    yield _unpacked(program, name, kernel)
+    yield unpacked(kernel, program.slots_of(name))
     yield tuple(before)
     yield called.made + tuple(f"{slot} = {printer(expression)}" for slot, expression in filled) + called.solved
     yield tuple(f"{symbol} = {slot}" for symbol, slot in solved.items() if symbol in kernel.used)
     yield tuple(after)
     yield (
         *(f"{slot} = {printer(expression)}" for slot, expression in columns),
-        *(f"{HEADS[name][0][-1]}[{k}] = {printer(e)}{_place(slot)}" for k, (slot, e) in places),
+        *(f"{HEADS[name][0][-1]}[{k}] = {printer(e)}{entry(slot)}" for k, (slot, e) in places),
         *called.last,
     )
-
-
-def _unpacked(program: Program, name: str, kernel: Kernel) -> tuple[str, ...]:
-    """Lines that read what the kernel uses, in the order of the arguments' entries; names alike stand together."""
-    slots = dict(program.slots)
-    if "parameters" in HEADS[name][0]:
-        slots = {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(program.equations.parameters)}
-    read = kernel.used & kernel.reads
-    found = [(str(symbol), str(slot)) for symbol, slot in slots.items() if symbol in read and slot.index]
-    return tuple(line for _, alike in groupby(found, key=lambda pair: kind(pair[0])) for line in _together(alike))
-
-
-def _together(pairs: Iterable[tuple[str, str]]) -> Iterable[str]:
-    """Assignments as lines, as many on a line as it holds."""
-    lefts: list[str] = []
-    rights: list[str] = []
-    for left, right in pairs:
-        if len(", ".join([*lefts, left])) + len(", ".join([*rights, right])) + len(" = ") > _ROOM:
-            yield f"{', '.join(lefts)} = {', '.join(rights)}"
-            lefts, rights = [], []
-        lefts.append(left)
-        rights.append(right)
-    yield f"{', '.join(lefts)} = {', '.join(rights)}"
 
 
 def rank(program: Program, kernel: Kernel, name: str = "rhs") -> dict[Any, int]:
@@ -214,4 +186,5 @@ def rank(program: Program, kernel: Kernel, name: str = "rhs") -> dict[Any, int]:
     rank: dict[Any, int] = {}
     for symbol in order:
         rank.setdefault(symbol, len(rank))
-    return rank
+    first = {each: column[0] for loop in kernel.loops for each, column in loop.symbols.items()}
+    return rank | {each: rank[symbol] for each, symbol in first.items() if symbol in rank}

@@ -79,6 +79,20 @@ def is_number(expression: Any) -> bool:
     return isinstance(expression, se.Number)
 
 
+@remembered
+def is_call(expression: Any) -> bool:
+    """Whether it is a function that takes longer than arithmetic: no choice between values, no product, no root."""
+    if isinstance(expression, se.Pow):
+        return not isinstance(2 * operands(expression)[1], se.Integer)
+    return isinstance(expression, se.Function) and not isinstance(expression, se.Piecewise)
+
+
+@remembered
+def holds_call(expression: Any) -> bool:
+    """Whether such a function stands in an expression."""
+    return is_call(expression) or any(map(holds_call, operands(expression)))
+
+
 def is_condition(expression: Any) -> bool:
     """Whether it is true or false: no number, so never a temporary."""
     return isinstance(expression, Boolean)
@@ -187,6 +201,6 @@ class Names:
     def __contains__(self, symbol: Any) -> bool:
         return str(symbol) in self._taken
 
-    def copy(self) -> "Names":
-        """Names for a room of its own: what is given there does not count here."""
-        return Names(self._taken)
+    def copy(self, others: Iterable[Any] = ()) -> "Names":
+        """Names for a room of its own, that has these others: what is given there does not count here."""
+        return Names((*self._taken, *others))

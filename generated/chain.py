@@ -81,81 +81,25 @@ CONSTANT = ("inverse_m",)
 
 # where the values of a matrix stand: the columns of each row
 JACOBIAN = (
-    (10,),
-    (11,),
-    (12,),
-    (13,),
-    (14,),
-    (15,),
-    (16,),
-    (17,),
-    (18,),
-    (19,),
+    "{0..9}: {10..19}",
     (0, 1, 10, 11),
-    (0, 1, 2, 10, 11, 12),
-    (1, 2, 3, 11, 12, 13),
-    (2, 3, 4, 12, 13, 14),
-    (3, 4, 5, 13, 14, 15),
-    (4, 5, 6, 14, 15, 16),
-    (5, 6, 7, 15, 16, 17),
-    (6, 7, 8, 16, 17, 18),
-    (7, 8, 9, 17, 18, 19),
+    "{11..18}: {0..7} {1..8} {2..9} {10..17} {11..18} {12..19}",
     (8, 9, 18, 19),
 )
-INPUT_JACOBIAN = ((), (), (), (), (), (), (), (), (), (), (0, 1), (), (), (), (), (), (), (), (), ())
-MASS = ((0,), (1,), (2,), (3,), (4,), (5,), (6,), (7,), (8,), (9,))
+INPUT_JACOBIAN = ("{0..9}:", (0, 1), "{11..19}:")
+MASS = ("{0..9}: {0..9}",)
 
 # the Taylor series of a solution: name, rule, operands
 RECURRENCE = """
-q_1 integral 1 qdot_1
-q_2 integral 1 qdot_2
-q_3 integral 1 qdot_3
-q_4 integral 1 qdot_4
-q_5 integral 1 qdot_5
-q_6 integral 1 qdot_6
-q_7 integral 1 qdot_7
-q_8 integral 1 qdot_8
-q_9 integral 1 qdot_9
-q_10 integral 1 qdot_10
+q_{1..10} integral 1 qdot_{1..10}
 qdot_1 integral 1 qddot_1
-qdot_2 integral 1 node_1
-qdot_3 integral 1 node_2
-qdot_4 integral 1 node_3
-qdot_5 integral 1 node_4
-qdot_6 integral 1 node_5
-qdot_7 integral 1 node_6
-qdot_8 integral 1 node_7
-qdot_9 integral 1 node_8
-qdot_10 integral 1 node_9
-tmp_1 linear -1 q_1 1 q_2
-tmp_2 linear -1 qdot_1 1 qdot_2
-qddot_1 linear c*inverse_m tmp_2 c*inverse_m wdot -c*inverse_m qdot_1 inverse_m*k tmp_1 inverse_m*k w -inverse_m*k
-    q_1
-tmp_3 linear -1 q_2 1 q_3
-tmp_4 linear -1 qdot_2 1 qdot_3
-tmp_5 linear -1 q_3 1 q_4
-tmp_6 linear -1 qdot_3 1 qdot_4
-tmp_7 linear -1 q_4 1 q_5
-tmp_8 linear -1 qdot_4 1 qdot_5
-tmp_9 linear -1 q_5 1 q_6
-tmp_10 linear -1 qdot_5 1 qdot_6
-tmp_11 linear -1 q_6 1 q_7
-tmp_12 linear -1 qdot_6 1 qdot_7
-tmp_13 linear -1 q_7 1 q_8
-tmp_14 linear -1 qdot_7 1 qdot_8
-tmp_15 linear -1 q_8 1 q_9
-tmp_16 linear -1 qdot_8 1 qdot_9
-tmp_17 linear -1 q_9 1 q_10
-tmp_18 linear -1 qdot_9 1 qdot_10
-node_1 linear c*inverse_m tmp_4 -c*inverse_m tmp_2 inverse_m*k tmp_3 -inverse_m*k tmp_1
-node_2 linear c*inverse_m tmp_6 -c*inverse_m tmp_4 inverse_m*k tmp_5 -inverse_m*k tmp_3
-node_3 linear c*inverse_m tmp_8 -c*inverse_m tmp_6 inverse_m*k tmp_7 -inverse_m*k tmp_5
-node_4 linear c*inverse_m tmp_10 -c*inverse_m tmp_8 inverse_m*k tmp_9 -inverse_m*k tmp_7
-node_5 linear c*inverse_m tmp_12 -c*inverse_m tmp_10 inverse_m*k tmp_11 -inverse_m*k tmp_9
-node_6 linear c*inverse_m tmp_14 -c*inverse_m tmp_12 inverse_m*k tmp_13 -inverse_m*k tmp_11
-node_7 linear c*inverse_m tmp_16 -c*inverse_m tmp_14 inverse_m*k tmp_15 -inverse_m*k tmp_13
-node_8 linear c*inverse_m tmp_18 -c*inverse_m tmp_16 inverse_m*k tmp_17 -inverse_m*k tmp_15
-node_9 linear -c*inverse_m tmp_18 -inverse_m*k tmp_17
+qdot_{2..9} integral 1 qddot_j_{1..8}
+qdot_10 integral 1 node_1
+qddot_1 linear -2*c*inverse_m qdot_1 c*inverse_m qdot_2 c*inverse_m wdot -2*inverse_m*k q_1 inverse_m*k q_2
+    inverse_m*k w
+qddot_j_{1..8} linear -2*c*inverse_m qdot_{2..9} c*inverse_m qdot_{3..10} c*inverse_m qdot_{1..8} -2*inverse_m*k
+    q_{2..9} inverse_m*k q_{3..10} inverse_m*k q_{1..8}
+node_1 linear c*inverse_m qdot_9 -c*inverse_m qdot_10 inverse_m*k q_9 -inverse_m*k q_10
 """
 
 
@@ -175,56 +119,31 @@ def constants(parameters, constants):
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def rhs(t, state, inputs, constants, derivative):
     """State derivative [qdot, qddot]."""
-    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
-    q_8, q_9, q_10 = state[7], state[8], state[9]
-    qdot_1, qdot_2, qdot_3, qdot_4, qdot_5, qdot_6 = state[10], state[11], state[12], state[13], state[14], state[15]
-    qdot_7, qdot_8, qdot_9, qdot_10 = state[16], state[17], state[18], state[19]
+    q_1, q_2, q_9, q_10 = state[0], state[1], state[8], state[9]
+    qdot_1, qdot_2, qdot_9, qdot_10 = state[10], state[11], state[18], state[19]
     w = inputs[0]
     wdot = inputs[1]
     k = constants[1]
     c = constants[2]
     inverse_m = constants[3]
 
-    tmp_1 = q_2 - q_1
-    tmp_2 = qdot_2 - qdot_1
-    qddot_1 = -inverse_m * (k * (q_1 - tmp_1 - w) + c * (qdot_1 - tmp_2 - wdot))
-    tmp_3 = q_3 - q_2
-    tmp_4 = qdot_3 - qdot_2
-    tmp_5 = q_4 - q_3
-    tmp_6 = qdot_4 - qdot_3
-    tmp_7 = q_5 - q_4
-    tmp_8 = qdot_5 - qdot_4
-    tmp_9 = q_6 - q_5
-    tmp_10 = qdot_6 - qdot_5
-    tmp_11 = q_7 - q_6
-    tmp_12 = qdot_7 - qdot_6
-    tmp_13 = q_8 - q_7
-    tmp_14 = qdot_8 - qdot_7
-    tmp_15 = q_9 - q_8
-    tmp_16 = qdot_9 - qdot_8
-    tmp_17 = q_10 - q_9
-    tmp_18 = qdot_10 - qdot_9
+    qddot_1 = -inverse_m * (k * (q_1 - (q_2 - q_1) - w) + c * (qdot_1 - (qdot_2 - qdot_1) - wdot))
 
-    derivative[0] = qdot_1
-    derivative[1] = qdot_2
-    derivative[2] = qdot_3
-    derivative[3] = qdot_4
-    derivative[4] = qdot_5
-    derivative[5] = qdot_6
-    derivative[6] = qdot_7
-    derivative[7] = qdot_8
-    derivative[8] = qdot_9
-    derivative[9] = qdot_10
+    for i in range(10):
+        qdot_i = state[i + 10]
+        derivative[i] = qdot_i
+
     derivative[10] = qddot_1
-    derivative[11] = -inverse_m * (k * (tmp_1 - tmp_3) + c * (tmp_2 - tmp_4))
-    derivative[12] = -inverse_m * (k * (tmp_3 - tmp_5) + c * (tmp_4 - tmp_6))
-    derivative[13] = -inverse_m * (k * (tmp_5 - tmp_7) + c * (tmp_6 - tmp_8))
-    derivative[14] = -inverse_m * (k * (tmp_7 - tmp_9) + c * (tmp_8 - tmp_10))
-    derivative[15] = -inverse_m * (k * (tmp_9 - tmp_11) + c * (tmp_10 - tmp_12))
-    derivative[16] = -inverse_m * (k * (tmp_11 - tmp_13) + c * (tmp_12 - tmp_14))
-    derivative[17] = -inverse_m * (k * (tmp_13 - tmp_15) + c * (tmp_14 - tmp_16))
-    derivative[18] = -inverse_m * (k * (tmp_15 - tmp_17) + c * (tmp_16 - tmp_18))
-    derivative[19] = -inverse_m * (k * tmp_17 + c * tmp_18)
+
+    for j in range(8):
+        q_j_minus_1, q_j, q_j_plus_1 = state[j], state[j + 1], state[j + 2]
+        qdot_j_minus_1, qdot_j, qdot_j_plus_1 = state[j + 10], state[j + 11], state[j + 12]
+        qddot_j = -inverse_m * (
+            k * (q_j - q_j_minus_1 - (q_j_plus_1 - q_j)) + c * (qdot_j - qdot_j_minus_1 - (qdot_j_plus_1 - qdot_j))
+        )
+        derivative[j + 11] = qddot_j
+
+    derivative[19] = -inverse_m * (k * (q_10 - q_9) + c * (qdot_10 - qdot_9))
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -237,68 +156,22 @@ def jacobian(t, state, inputs, constants, values):
     tmp_1 = inverse_m * k
     tmp_2 = inverse_m * c
 
-    values[0] = 1.0  # [0, 10]
-    values[1] = 1.0  # [1, 11]
-    values[2] = 1.0  # [2, 12]
-    values[3] = 1.0  # [3, 13]
-    values[4] = 1.0  # [4, 14]
-    values[5] = 1.0  # [5, 15]
-    values[6] = 1.0  # [6, 16]
-    values[7] = 1.0  # [7, 17]
-    values[8] = 1.0  # [8, 18]
-    values[9] = 1.0  # [9, 19]
+    for i in range(10):
+        values[i] = 1.0  # [i, i + 10]
+
     values[10] = -2.0 * tmp_1  # [10, 0]
     values[11] = tmp_1  # [10, 1]
     values[12] = -2.0 * tmp_2  # [10, 10]
     values[13] = tmp_2  # [10, 11]
-    values[14] = tmp_1  # [11, 0]
-    values[15] = -2.0 * tmp_1  # [11, 1]
-    values[16] = tmp_1  # [11, 2]
-    values[17] = tmp_2  # [11, 10]
-    values[18] = -2.0 * tmp_2  # [11, 11]
-    values[19] = tmp_2  # [11, 12]
-    values[20] = tmp_1  # [12, 1]
-    values[21] = -2.0 * tmp_1  # [12, 2]
-    values[22] = tmp_1  # [12, 3]
-    values[23] = tmp_2  # [12, 11]
-    values[24] = -2.0 * tmp_2  # [12, 12]
-    values[25] = tmp_2  # [12, 13]
-    values[26] = tmp_1  # [13, 2]
-    values[27] = -2.0 * tmp_1  # [13, 3]
-    values[28] = tmp_1  # [13, 4]
-    values[29] = tmp_2  # [13, 12]
-    values[30] = -2.0 * tmp_2  # [13, 13]
-    values[31] = tmp_2  # [13, 14]
-    values[32] = tmp_1  # [14, 3]
-    values[33] = -2.0 * tmp_1  # [14, 4]
-    values[34] = tmp_1  # [14, 5]
-    values[35] = tmp_2  # [14, 13]
-    values[36] = -2.0 * tmp_2  # [14, 14]
-    values[37] = tmp_2  # [14, 15]
-    values[38] = tmp_1  # [15, 4]
-    values[39] = -2.0 * tmp_1  # [15, 5]
-    values[40] = tmp_1  # [15, 6]
-    values[41] = tmp_2  # [15, 14]
-    values[42] = -2.0 * tmp_2  # [15, 15]
-    values[43] = tmp_2  # [15, 16]
-    values[44] = tmp_1  # [16, 5]
-    values[45] = -2.0 * tmp_1  # [16, 6]
-    values[46] = tmp_1  # [16, 7]
-    values[47] = tmp_2  # [16, 15]
-    values[48] = -2.0 * tmp_2  # [16, 16]
-    values[49] = tmp_2  # [16, 17]
-    values[50] = tmp_1  # [17, 6]
-    values[51] = -2.0 * tmp_1  # [17, 7]
-    values[52] = tmp_1  # [17, 8]
-    values[53] = tmp_2  # [17, 16]
-    values[54] = -2.0 * tmp_2  # [17, 17]
-    values[55] = tmp_2  # [17, 18]
-    values[56] = tmp_1  # [18, 7]
-    values[57] = -2.0 * tmp_1  # [18, 8]
-    values[58] = tmp_1  # [18, 9]
-    values[59] = tmp_2  # [18, 17]
-    values[60] = -2.0 * tmp_2  # [18, 18]
-    values[61] = tmp_2  # [18, 19]
+
+    for j in range(8):
+        values[6 * j + 14] = tmp_1  # [j + 11, j]
+        values[6 * j + 15] = -2.0 * tmp_1  # [j + 11, j + 1]
+        values[6 * j + 16] = tmp_1  # [j + 11, j + 2]
+        values[6 * j + 17] = tmp_2  # [j + 11, j + 10]
+        values[6 * j + 18] = -2.0 * tmp_2  # [j + 11, j + 11]
+        values[6 * j + 19] = tmp_2  # [j + 11, j + 12]
+
     values[62] = tmp_1  # [19, 8]
     values[63] = -tmp_1  # [19, 9]
     values[64] = tmp_2  # [19, 18]
@@ -321,96 +194,43 @@ def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
     m = constants[0]
 
-    values[0] = m  # [0, 0]
-    values[1] = m  # [1, 1]
-    values[2] = m  # [2, 2]
-    values[3] = m  # [3, 3]
-    values[4] = m  # [4, 4]
-    values[5] = m  # [5, 5]
-    values[6] = m  # [6, 6]
-    values[7] = m  # [7, 7]
-    values[8] = m  # [8, 8]
-    values[9] = m  # [9, 9]
+    for i in range(10):
+        values[i] = m  # [i, i]
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
 def energy(t, state, inputs, constants, values):
     """Kinetic and potential energy, dissipated power, power put in by forces and inputs."""
-    q_1, q_2, q_3, q_4, q_5, q_6, q_7 = state[0], state[1], state[2], state[3], state[4], state[5], state[6]
-    q_8, q_9, q_10 = state[7], state[8], state[9]
-    qdot_1, qdot_2, qdot_3, qdot_4, qdot_5, qdot_6 = state[10], state[11], state[12], state[13], state[14], state[15]
-    qdot_7, qdot_8, qdot_9, qdot_10 = state[16], state[17], state[18], state[19]
+    q_1 = state[0]
+    qdot_1, qdot_2, qdot_9, qdot_10 = state[10], state[11], state[18], state[19]
     w = inputs[0]
     wdot = inputs[1]
     m = constants[0]
     k = constants[1]
     c = constants[2]
 
-    tmp_1 = q_9 - q_8
-    tmp_2 = q_7 - q_6
-    tmp_3 = q_5 - q_4
-    tmp_4 = q_3 - q_2
-    tmp_5 = q_8 - q_7
-    tmp_6 = q_6 - q_5
-    tmp_7 = q_4 - q_3
-    tmp_8 = q_2 - q_1
-    tmp_9 = q_10 - q_9
-    tmp_10 = q_1 - w
-    tmp_11 = qdot_10 - qdot_9
-    tmp_12 = qdot_8 - qdot_7
-    tmp_13 = qdot_7 - qdot_6
-    tmp_14 = qdot_2 - qdot_1
-    tmp_15 = qdot_9 - qdot_8
-    tmp_16 = qdot_6 - qdot_5
-    tmp_17 = qdot_4 - qdot_3
-    tmp_18 = qdot_3 - qdot_2
-    tmp_19 = qdot_5 - qdot_4
+    tmp_1 = q_1 - w
 
-    values[0] = (
-        0.5
-        * m
-        * (
-            qdot_1 * qdot_1
-            + qdot_2 * qdot_2
-            + qdot_3 * qdot_3
-            + qdot_4 * qdot_4
-            + qdot_5 * qdot_5
-            + qdot_6 * qdot_6
-            + qdot_7 * qdot_7
-            + qdot_8 * qdot_8
-            + qdot_9 * qdot_9
-            + qdot_10 * qdot_10
-        )
-    )
-    values[1] = (
-        0.5
-        * k
-        * (
-            tmp_1 * tmp_1
-            + tmp_2 * tmp_2
-            + tmp_3 * tmp_3
-            + tmp_4 * tmp_4
-            + tmp_5 * tmp_5
-            + tmp_6 * tmp_6
-            + tmp_7 * tmp_7
-            + tmp_8 * tmp_8
-            + tmp_9 * tmp_9
-            + tmp_10 * tmp_10
-        )
-    )
-    values[2] = c * (
-        qdot_1 * (qdot_1 - tmp_14 - wdot)
-        + qdot_2 * (tmp_14 - tmp_18)
-        + qdot_3 * (tmp_18 - tmp_17)
-        + qdot_4 * (tmp_17 - tmp_19)
-        + qdot_5 * (tmp_19 - tmp_16)
-        + qdot_6 * (tmp_16 - tmp_13)
-        + qdot_7 * (tmp_13 - tmp_12)
-        + qdot_8 * (tmp_12 - tmp_15)
-        + qdot_9 * (tmp_15 - tmp_11)
-        + tmp_11 * qdot_10
-    )
-    values[3] = -k * wdot * tmp_10
+    values[0] = 0.0
+
+    for i in range(10):
+        qdot_i = state[i + 10]
+        values[0] = values[0] + 0.5 * m * qdot_i * qdot_i
+
+    values[1] = 0.5 * k * tmp_1 * tmp_1
+
+    for j in range(9):
+        q_j, q_j_plus_1 = state[j], state[j + 1]
+        tmp_2 = q_j_plus_1 - q_j
+        values[1] = values[1] + 0.5 * k * tmp_2 * tmp_2
+
+    values[2] = c * (qdot_1 * (qdot_1 - (qdot_2 - qdot_1) - wdot) + qdot_10 * (qdot_10 - qdot_9))
+
+    for n in range(8):
+        qdot_n_minus_1, qdot_n, qdot_n_plus_1 = state[n + 10], state[n + 11], state[n + 12]
+        values[2] = values[2] + c * qdot_n * (qdot_n - qdot_n_minus_1 - (qdot_n_plus_1 - qdot_n))
+
+    values[3] = -k * wdot * tmp_1
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")

@@ -11,7 +11,7 @@ from numba.core.dispatcher import Dispatcher
 
 from qddot.runner import abi
 from qddot.runner.matrices import Pattern, pattern
-from qddot.runner.ranges import expanded
+from qddot.runner.ranges import expanded, placed, take_turns
 from qddot.runner.tables import (
     CONTACT,
     EVENT,
@@ -152,7 +152,7 @@ def _patterns(
     absent += () if contacts else abi.RESTING
     for name in (name for name in abi.MATRICES if name not in absent):
         try:
-            found[name] = pattern(_entry(module, name.upper(), tuple), shapes[name], symmetric=name == "mass")
+            found[name] = pattern(placed(_entry(module, name.upper(), tuple)), shapes[name], symmetric=name == "mass")
         except LoadError:
             raise
         except ValueError as error:
@@ -172,11 +172,14 @@ def _entry(module: ModuleType, name: str, kind: Any) -> Any:
 def _records(module: ModuleType, name: str, record: Any, kinds: Sequence[Any]) -> tuple[Any, ...]:
     rows = _entry(module, name, (tuple, list))
     for i, row in enumerate(rows):
-        fits = isinstance(row, tuple | list) and len(row) == len(kinds)
-        if not (fits and all(map(isinstance, row, kinds))):
+        if not all(_fits(each, kinds) for each in (row if take_turns(row) else (row,))):
             expected = ", ".join(each.name for each in fields(record))
             raise _fail(module, f"{name}[{i}] is {row!r}, expected ({expected})")
     return tuple(record(*row) for row in _expanded(module, name, rows))
+
+
+def _fits(row: Any, kinds: Sequence[Any]) -> bool:
+    return isinstance(row, tuple | list) and len(row) == len(kinds) and all(map(isinstance, row, kinds))
 
 
 def _names(module: ModuleType, table: str) -> tuple[str, ...]:

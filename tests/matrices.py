@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from qddot.runner.load import Model, Parameters
-from qddot.runner.ranges import expanded
+from qddot.runner.ranges import expanded, placed
 
 
 def linear_matrices(model: Model, parameters: Parameters = None) -> tuple[np.ndarray, np.ndarray]:
@@ -25,7 +25,7 @@ def matrix(module: ModuleType, name: str, *point: Any) -> np.ndarray:
     """The matrix that a generated module's kernel gives at a point, without the compiler."""
     n, q = len(expanded(module.STATE)), module.COORDINATES
     shape = {"jacobian": (n, n), "input_jacobian": (n, module.RHS_INPUTS), "mass": (q, q)}[name]
-    places = [(i, j) for i, columns in enumerate(getattr(module, name.upper())) for j in columns]
+    places = [(i, j) for i, columns in enumerate(placed(getattr(module, name.upper()))) for j in columns]
     values, found = np.full(len(places), np.nan), np.zeros(shape)
     getattr(module, name).py_func(*point, values)
     for (i, j), value in zip(places, values, strict=True):

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from qddot.codegen.place_rows import place_rows
 from qddot.codegen.ranges import compressed
-from qddot.runner.ranges import expanded
+from qddot.runner.ranges import expanded, placed
 
 CASES = [
     ([("q_1", "axle 1"), ("q_2", "axle 2"), ("q_3", "hull")], [("q_{1..2}", "axle {1..2}"), ("q_3", "hull")]),
@@ -50,3 +51,51 @@ def test_a_table_does_not_grow_with_the_chain(first, offset, count):
 def test_ranges_that_do_not_fit_are_refused(row):
     with pytest.raises(ValueError, match="expected ranges of one length that rise"):
         expanded([row])
+
+
+@settings(deadline=None)
+@given(st.integers(1, 3), st.integers(8, 40), st.integers(-3, 3).filter(bool), st.booleans())
+def test_rows_that_take_turns_do_not_grow_with_the_chain(kinds, count, step, down):
+    first = 200
+    rows = [(f"{'mkc'[kind]}_{first + step * k}", 1.0, f"cell {k}") for k in range(count) for kind in range(kinds)]
+    found = compressed(rows, turns=True)
+    assert len(found) == 1
+    assert expanded(found) == rows
+    assert expanded(compressed(rows)) == rows
+    named = compressed([row[0] for row in rows][::kinds])
+    assert named == [f"m_{{{first}..{first + step * (count - 1)}{f'..{step}' if step != 1 else ''}}}"]
+
+
+def test_rows_that_take_turns_are_as_many():
+    with pytest.raises(ValueError, match="expected ranges of one length in rows that take turns"):
+        expanded([(("m_{1..3}", 1.0), ("k_{1..2}", 1.0))])
+
+
+ROWS_OF_PLACES = st.lists(
+    st.lists(st.integers(0, 5), unique=True, max_size=3).map(sorted).map(tuple), min_size=1, max_size=3
+)
+
+
+@settings(deadline=None)
+@given(ROWS_OF_PLACES, ROWS_OF_PLACES, st.integers(0, 30), st.integers(0, 2))
+def test_places_of_a_matrix_are_read_back_as_they_were(cell, others, count, step):
+    repeated = [tuple(column + step * k for column in row) for k in range(count) for row in cell]
+    rows = (*others, *repeated, *others)
+    found = place_rows(rows)
+    assert placed(found) == rows
+    assert len(found) <= len(place_rows((*others, *repeated[: 8 * len(cell)], *others))) + 14
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        (("{0..9}: {0..8}",), "ranges of one length"),
+        (("{0..9} {0..9}",), "expected the ranges of rows and columns"),
+        (("{0..9}: x",), "expected the ranges of rows and columns"),
+        (((1,), "{0..9}: {0..9}"), "gives row 0, which is there already"),
+        (("{1..9}: {1..9}",), "has no row 0"),
+    ],
+)
+def test_places_that_do_not_fit_are_refused(rows, message):
+    with pytest.raises(ValueError, match=message):
+        placed(rows)

@@ -105,6 +105,32 @@ values[5] = math.pow(a, 2.5) - math.pi
     assert found == pytest.approx(expected, rel=1e-14, nan_ok=True)
 
 
+LOOPS = """
+values[0] = 0.5
+for i in range(2):
+    a_i, a_i_plus_1 = state[i], state[1 - i]
+    b_i = a_i * constants[i]
+    values[0] = values[0] + b_i * a_i_plus_1
+    values[2 * i + 1] = a_i - b_i
+    values[4 - 2 * i] = b_i
+for j in range(3):
+    values[j + 5] = state[j]
+""".strip()
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_loops_over_cells_whose_places_are_computed(tmp_path, whole):
+    function = written(tmp_path, LOOPS)
+    expected, found = results(function, compiled(function, whole=whole), 8)
+    assert found == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_place_that_is_no_whole_number_is_left_to_numba(tmp_path):
+    function = written(tmp_path, "for i in range(2):\n    values[i] = state[i / 2]")
+    with pytest.raises(StrayError):
+        check(parsed(function.__code__), vars(builtins) | function.__globals__)
+
+
 def test_a_division_by_zero_is_an_infinity(tmp_path):
     function = written(tmp_path, "values[0] = state[0] / (state[1] - state[1])\nvalues[1] = math.log(-state[0])")
     kernel, found = compiled(function), np.zeros(2)

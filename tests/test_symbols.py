@@ -7,7 +7,8 @@ import sympy
 from qddot.codegen.convert import convert, symbol
 from qddot.codegen.generate import artefacts
 from qddot.codegen.lagrange import derive
-from qddot.codegen.lower import Program, lower
+from qddot.codegen.lower import lower
+from qddot.codegen.program import Program
 from qddot.codegen.symbols import named
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
 

@@ -60,6 +60,8 @@ def test_the_reserved_names_are_all_that_generated_functions_use(system):
     program = lower(derive(system))
     own = {str(symbol) for symbol in program.slots} | {str(p) for p in program.equations.parameters}
     own |= {str(symbol) for kernel in program.kernels.values() for symbol, _ in kernel.temporaries}
+    loops = [loop for kernel in program.kernels.values() for loop in kernel.loops]
+    own |= {name for loop in loops for name in (loop.counter, *map(str, loop.symbols))}
     assert set(used(text)) - own <= reserved()
     assert {"math", "t", "state", "inputs", "derivative", "values"} <= reserved()
 

@@ -1,10 +1,13 @@
 """The table RECURRENCE of a generated module, read and checked: nodes from which Taylor coefficients follow.
 
-A row is `name rule operands`, on more lines where these are indented; docs/taylor.md says what each rule means.
+A row is `name rule operands`, on more lines where these are indented; one with ranges is many, see `ranges`.
+docs/taylor.md says what each rule means.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from qddot.runner.ranges import expanded
 
 #: Functions of one argument, by their names in `math`; atan2 takes two.
 FUNCTIONS = (
@@ -70,7 +73,7 @@ def read_recurrences(text: str, states: Sequence[str], inputs: Sequence[str], co
     """The table in this text; RecurrenceError naming the row that is wrong."""
     places = {name: place for place, name in enumerate(constants)}
     nodes: dict[str, Node] = {}
-    for line in text.replace("\n    ", " ").splitlines():
+    for line in _lines(text):
         words = line.split()
         if not words:
             continue
@@ -84,6 +87,14 @@ def read_recurrences(text: str, states: Sequence[str], inputs: Sequence[str], co
     table = Recurrences(tuple(states), tuple(inputs), nodes)
     _check_known(table)
     return table
+
+
+def _lines(text: str) -> list[str]:
+    """The rows of a table; one with ranges is many."""
+    try:
+        return [str(line) for line in expanded(text.replace("\n    ", " ").splitlines())]
+    except ValueError as error:
+        raise RecurrenceError(f"RECURRENCE: {error}") from None
 
 
 def _node(name: str, rule: str, operands: list[str], places: Mapping[str, int]) -> Node:

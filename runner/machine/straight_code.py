@@ -20,6 +20,7 @@ Typed = tuple[Any, Any]
 
 _DOUBLE, _WORD, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 _ARITHMETIC: dict[type, str] = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+_WHOLE_ARITHMETIC: dict[type, str] = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
 _RELATIONS: dict[type, str] = {
     **{ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="},
     **{ast.Eq: "==", ast.NotEq: "!="},
@@ -37,7 +38,8 @@ def check(function: ast.FunctionDef, names: Mapping[str, Any]) -> None:
         inner = statement.body if isinstance(statement, ast.For) and _is_counted(statement) else [statement]
         if not all(_is_simple(each) for each in inner):
             raise StrayError
-        nodes = expressions(statement)[1:]
+        within = [statement] if inner == [statement] else [statement, *inner]
+        nodes = [node for each in within for node in expressions(each)[1:]]
         stored = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
         own = {node.id for node in stored}
         before = known | own if isinstance(statement, ast.For) else known
@@ -77,13 +79,20 @@ def _is_arithmetic(node: ast.BinOp) -> bool:
     return type(node.op) in _ARITHMETIC or (isinstance(node.op, ast.Pow) and whole)
 
 
+def _is_index(node: ast.expr) -> bool:
+    """Whether it can be a place in an array: sums and products of whole numbers."""
+    parts = node.elts if isinstance(node, ast.Tuple) else [node]
+    inner = [each for part in parts for each in expressions(part) if isinstance(each, ast.BinOp)]
+    return not isinstance(node, ast.Slice) and all(type(each.op) in _WHOLE_ARITHMETIC for each in inner)
+
+
 #: Expressions that there are instructions for, where they are as the function says.
 _POSSIBLE: dict[type, Callable[[Any], bool]] = {
     ast.Constant: lambda node: isinstance(node.value, bool | int | float | str),
     ast.BinOp: _is_arithmetic,
     ast.UnaryOp: lambda node: isinstance(node.op, ast.USub | ast.Not),
     ast.Compare: lambda node: len(node.ops) == 1 and type(node.ops[0]) in _RELATIONS,
-    ast.Subscript: lambda node: isinstance(node.value, ast.Name) and not isinstance(node.slice, ast.Slice),
+    ast.Subscript: lambda node: isinstance(node.value, ast.Name) and _is_index(node.slice),
     **dict.fromkeys((ast.Tuple, ast.BoolOp, ast.IfExp), lambda node: True),
 }
 
@@ -166,7 +175,13 @@ class StraightCode:
                 self._call(statement.value)
 
     def _repeat(self, loop: Any) -> None:
-        with cgutils.for_range(self._builder, _WORD(loop.iter.args[0].value)) as turn:
+        count = loop.iter.args[0].value
+        if self._whole:  # a loop within one over lanes would keep that from becoming vectors
+            for turn in range(count):
+                self.name(loop.target.id, (types.intp, _WORD(turn)))
+                self.run(loop.body)
+            return
+        with cgutils.for_range(self._builder, _WORD(count)) as turn:
             self.name(loop.target.id, (types.intp, turn.index))
             self.run(loop.body)
 
@@ -216,8 +231,14 @@ class StraightCode:
         row, column = map(self._index, node.slice.elts)
         return self._builder.gep(data, [self._builder.add(self._builder.mul(row, width), column)])
 
-    def _index(self, node: ast.expr) -> Any:
-        return _WORD(node.value) if isinstance(node, ast.Constant) else self._typed(node)[1]
+    def _index(self, node: Any) -> Any:
+        """A whole number: one, or what counts the turns of a loop, or sums and products of these."""
+        if isinstance(node, ast.Constant):
+            return _WORD(node.value)
+        if isinstance(node, ast.BinOp):
+            operation = _WHOLE_ARITHMETIC[type(node.op)]
+            return getattr(self._builder, operation)(self._index(node.left), self._index(node.right))
+        return self._typed(node)[1]
 
     def number(self, node: ast.expr) -> Any:
         """The value of an expression as a float64."""

@@ -1,0 +1,91 @@
+"""The first cell of a loop in what stands for the symbols of each, and what that is called."""
+
+import re
+from collections.abc import Mapping, Sequence
+from statistics import median_low
+from typing import Any
+
+from qddot.codegen.cells import Signatures
+from qddot.codegen.kernel import Assignment
+from qddot.codegen.nodes import operands
+from qddot.codegen.ranges import kind
+from qddot.codegen.rewrite import Names, holds_call, rebuild
+
+_NUMBER = re.compile("([0-9]+)")
+
+
+class Cell:
+    """Expressions of the first cell. standing: symbol -> what stands for it. definitions: of temporaries.
+
+    temporaries: those that the expressions need. named: of these what became of a temporary -> that one. apart: those
+    that are the same in all cells, and take long.
+    """
+
+    def __init__(
+        self,
+        standing: Mapping[Any, Any],
+        counter: str,
+        signatures: Signatures,
+        definitions: Mapping[Any, Any],
+        names: Names,
+    ) -> None:
+        self.temporaries: list[Assignment] = []
+        self.named: dict[Any, Any] = {}
+        self.apart: set[Any] = set()
+        self._known = dict(standing)
+        self._moving = dict.fromkeys(standing, True)
+        self._counter, self._signatures, self._definitions, self._names = counter, signatures, definitions, names
+
+    def __call__(self, node: Any) -> Any:
+        """An expression in what stands for its symbols."""
+        found = self._known.get(node)
+        if found is None:
+            found = self._known[node] = self._moved(node) if self._moves(node) else self._fixed(node)
+        return found
+
+    def _moves(self, node: Any) -> bool:
+        """Whether an expression is another one in each cell."""
+        found = self._moving.get(node)
+        if found is None:
+            parts = (self._definitions[node],) if node in self._definitions else operands(node)
+            found = self._moving[node] = not self._signatures.is_long(node) and any(map(self._moves, parts))
+        return found
+
+    def _moved(self, node: Any) -> Any:
+        if node not in self._definitions:
+            return rebuild(node, list(map(self, operands(node))))
+        value = self(self._definitions[node])
+        found = self._names.fresh(f"{kind(str(node)).strip('_')}_{self._counter}")
+        self.temporaries.append((found, value))
+        self.named[found] = node
+        return found
+
+    def _fixed(self, node: Any) -> Any:
+        """What is the same in all cells is computed before them where it takes long."""
+        if not operands(node) or not (holds_call(node) or self._signatures.is_long(node)):
+            return node
+        found = self._names.fresh("tmp_")
+        self.temporaries.append((found, node))
+        self.apart.add(found)
+        return found
+
+
+def names_of(columns: Mapping[Any, tuple[Any, ...]], counter: str, names: Names) -> list[Any]:
+    """What stands for symbols in the cells of a loop: q_i_plus_1 for q_3, q_4, ... where most in the first is q_2."""
+    split = [(_NUMBER.split(str(first)), _NUMBER.split(str(second))) for first, second, *_ in columns.values()]
+    counting = [_counting(*pair) for pair in split]
+    numbers = [int(one[k]) for (one, _), found in zip(split, counting, strict=True) for k in found]
+    here = median_low(numbers or [0])
+    return [names.fresh(_wish(one, found, counter, here)) for (one, _), found in zip(split, counting, strict=True)]
+
+
+def _counting(one: list[str], other: list[str]) -> list[int]:
+    """Which parts of a name are other numbers in another name."""
+    return [k for k in range(1, len(one), 2) if one[k] != other[k]] if len(one) == len(other) else []
+
+
+def _wish(parts: list[str], counting: Sequence[int], counter: str, here: int) -> str:
+    for k in counting:
+        ahead = int(parts[k]) - here
+        parts[k] = counter if not ahead else f"{counter}_{'plus' if ahead > 0 else 'minus'}_{abs(ahead)}"
+    return "".join(parts) if counting else f"{''.join(parts)}_{counter}"

@@ -1,0 +1,151 @@
+"""Which rows of a model are alike: the same expression of symbols that stand so many places further in each.
+
+A signature is what an expression does, its skeleton, and the places of the symbols that it does it with, its leaves.
+Rows have it without being compared with each other, so that to find cells costs what it costs to read the rows.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from operator import sub
+from typing import Any
+
+import symengine as se
+
+from qddot.codegen.convert import function_name
+from qddot.codegen.nodes import operands
+
+#: Cells that are written as a loop, at least; rows of one, at most.
+LEAST, LONGEST = 8, 12
+#: Leaves of a row; one of more is nothing that repeats.
+_MOST_LEAVES = 200
+#: Nodes whose operands have no order.
+_UNORDERED = frozenset(("Add", "Mul", "And", "Or"))
+
+#: The list of the indices of what is written.
+INDEX = "index"
+
+#: Where a symbol stands: the name of a list, and its place in that.
+Place = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class Signature:
+    """skeleton: equal where two do the same. leaves: places in lists; the skeleton says in which."""
+
+    skeleton: int
+    leaves: tuple[int, ...]
+
+
+class Signatures:
+    """Signatures of expressions. places: of symbols. definitions: of temporaries, which are looked through."""
+
+    def __init__(self, places: Mapping[Any, Place], definitions: Mapping[Any, Any]) -> None:
+        self._places = places
+        self._definitions = definitions
+        self._skeletons: dict[tuple[Any, ...], int] = {}
+        self._lists: dict[int, tuple[str, ...]] = {}
+        self._known: dict[Any, Signature] = {}
+
+    def __call__(self, node: Any) -> Signature:
+        """The signature of an expression."""
+        found = self._known.get(node)
+        if found is None:
+            found = self._known[node] = self._made(node)
+        return found
+
+    def places(self, signature: Signature) -> list[Place]:
+        """Where each leaf stands."""
+        return list(zip(self._lists[signature.skeleton], signature.leaves, strict=True))
+
+    def row(self, head: str, parts: Sequence[tuple[tuple[int, ...], Any]]) -> Signature:
+        """The signature of writes that belong together: of each its index, and its expression."""
+        found = [self.joined("[]", [*(self._at(INDEX, each) for each in index), self(e)]) for index, e in parts]
+        return self.joined(head, found)
+
+    def is_long(self, node: Any) -> bool:
+        """Whether an expression is nothing that repeats; it may stand in rows that do, being the same in all."""
+        return bool(operands(node)) and not self(node).leaves
+
+    def _made(self, node: Any) -> Signature:
+        parts = operands(node)
+        if parts:
+            kind = type(node).__name__
+            found = list(map(self, parts))
+            if kind in _UNORDERED:
+                found.sort(key=lambda each: (each.skeleton, each.leaves))
+            head = function_name(node) if isinstance(node, se.FunctionSymbol) else ""
+            return self.joined(f"{kind} {head}", found, node)
+        if node in self._places:
+            return self._at(*self._places[node])
+        if node in self._definitions:
+            inside = self(self._definitions[node])
+            return inside if inside.leaves else self._at(f"temporary {node}", 0)
+        return self._at(f"symbol {node}", 0) if node.is_Symbol else self._kept(("number", type(node), node), (), ())
+
+    def _at(self, name: str, place: int) -> Signature:
+        return self._kept(("place", name), (name,), (place,))
+
+    def joined(self, head: str, parts: Sequence[Signature], node: Any = None) -> Signature:
+        """What does something with these parts; node: what it is."""
+        leaves = tuple(leaf for part in parts for leaf in part.leaves)
+        if node is not None and len(leaves) > _MOST_LEAVES:
+            return self._kept(("long", node), (), ())
+        names = tuple(name for part in parts for name in self._lists[part.skeleton])
+        return self._kept((head, *(part.skeleton for part in parts)), names, leaves)
+
+    def _kept(self, key: tuple[Any, ...], names: tuple[str, ...], leaves: tuple[int, ...]) -> Signature:
+        found = self._skeletons.setdefault(key, len(self._skeletons))
+        self._lists.setdefault(found, names)
+        return Signature(found, leaves)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Rows that repeat: the first one, of how many rows a cell is, how many cells, and of each row of the first cell
+    how far each leaf goes from one to the next."""
+
+    first: int
+    period: int
+    count: int
+    steps: tuple[tuple[int, ...], ...]
+
+    @property
+    def behind(self) -> int:
+        """The first row behind."""
+        return self.first + self.period * self.count
+
+
+def runs(rows: Sequence[Signature], longest: int = LONGEST) -> Iterator[Run]:
+    """The runs of at least LEAST cells, of at most `longest` rows and as few as may be, one behind the other."""
+    at = 0
+    while at < len(rows):
+        tried = (_run(rows, at, period) for period in range(1, longest + 1) if _repeats(rows, at, period))
+        found = next((run for run in tried if run.count >= LEAST), None)
+        if found is not None:
+            yield found
+        at = found.behind if found is not None else at + 1
+
+
+def _repeats(rows: Sequence[Signature], at: int, period: int) -> bool:
+    return at + LEAST * period <= len(rows) and rows[at].skeleton == rows[at + period].skeleton
+
+
+def _run(rows: Sequence[Signature], at: int, period: int) -> Run:
+    """As many cells of this many rows as there are from here on."""
+    steps = tuple(_steps(rows[k], rows[k + period]) for k in range(at, at + period))
+    behind = at + period
+    while behind < len(rows):
+        k = behind
+        expected = steps[(k - at) % period]
+        if expected is None or _steps(rows[k - period], rows[k]) != expected:
+            break
+        behind += 1
+    whole = tuple(each for each in steps if each is not None)
+    return Run(at, period, (behind - at) // period, whole)
+
+
+def _steps(one: Signature, other: Signature) -> tuple[int, ...] | None:
+    """How far each leaf goes from one row to another; None where they are not alike."""
+    if one.skeleton != other.skeleton:
+        return None
+    return tuple(map(sub, other.leaves, one.leaves))
