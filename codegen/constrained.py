@@ -60,6 +60,7 @@ def derive_constraints(system: System, expressions: Mapping[Any, Any], motion: M
         alpha, beta = map(convert, system.baumgarte)
         held = zip(drifts, rates, residuals, strict=True)
         drifts = [drift - 2 * alpha * rate - beta**2 * residual for drift, rate, residual in held]
+    acted_on = constrained(system)
     return Constraints(
         multipliers=tuple(symbol(each.symbol) for each in given),
         residuals=residuals,
@@ -68,7 +69,7 @@ def derive_constraints(system: System, expressions: Mapping[Any, Any], motion: M
         slopes=_entries(rates, motion, motion.q),
         driving=tuple(_driving(rate, j, matrix, motion) for j, rate in enumerate(rates)),
         drifts=tuple(drifts),
-        reactions={k: symbol(reaction_symbol(c)) for k, c in enumerate(system.coordinates) if c in constrained(system)},
+        reactions={k: symbol(reaction_symbol(c)) for k, c in enumerate(system.coordinates) if c in acted_on},
     )
 
 
