@@ -8,6 +8,8 @@ import pkgutil
 import sys
 import threading
 
+from permissions import give_up
+
 #: What commands load when they need it, beside their own modules.
 _LOADED = (
     *("jinja2", "latex2mathml.converter", "matplotlib.backends.backend_agg", "matplotlib.figure", "netCDF4", "pint"),
@@ -30,38 +32,41 @@ def _load() -> None:
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             importlib.import_module(module.name)
     assert threading.active_count() == 1, threading.enumerate()
-    gc.collect()
     gc.freeze()
 
 
-def _become(words: list[str], cwd: str, environment: dict[str, str], streams: list[str]) -> None:
+def _become(words: list[str], cwd: str, environment: dict[str, str], streams: list[str], plain: bool) -> None:
     """Make the forked process what `python -m qddot` makes of one: its arguments, folder, environment and streams."""
     os.chdir(cwd)
     os.environ.clear()
     os.environ.update(environment)
     sys.argv = ["qddot", *words]
     sys.path[0] = cwd
+    if plain:
+        give_up()
     for stream, path in enumerate([os.devnull, *streams]):
         opened = os.open(path, os.O_RDWR)
         os.dup2(opened, stream)
         os.close(opened)
 
 
-def _serve() -> None:
-    """Fork for each line that is read, tell how that ended and how long a processor took; return in what is forked."""
+def _serve() -> str:
+    """Fork for each line that is read, tell how that ended and how long a processor took; return the forked's code."""
     while line := sys.stdin.readline():
         forked = os.fork()
         if not forked:
-            _become(**json.loads(line))
-            return
+            request = json.loads(line)
+            code: str = request.pop("code")
+            _become(**request)
+            return code
         _, status, usage = os.wait4(forked, 0)
         print(json.dumps([os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime]), flush=True)
     raise SystemExit
 
 
 if __name__ == "__main__":
+    gc.disable()
     _load()
-    _serve()
-    from qddot.command_line import main
-
-    main()
+    given = _serve()
+    gc.enable()
+    exec(given, {"__name__": "__main__"})

@@ -17,9 +17,15 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from permissions import give_up
+
 ROOT = Path(__file__).parent.parent
 #: Seconds that a command may take.
 _PATIENCE = 300.0
+#: How names begin of what pytest says in the environment of each test, and of what qddot and Dask say there.
+_PASSING = ("PYTEST_", "PYDANTIC_", "__DASK_", "MALLOC_", "OMP_", "MKL_", "OPENBLAS_", "PYTHONHASHSEED")
+#: What `python -m qddot` does.
+_COMMAND_LINE = "from qddot.command_line import main; main()"
 
 
 @dataclass(frozen=True)
@@ -32,35 +38,41 @@ class Done:
     seconds: float
 
 
-def command(*arguments, cwd=ROOT, afresh=False, **environment):
+def command(*arguments, cwd=ROOT, afresh=False, plain=False, code=_COMMAND_LINE, **environment):
     """Run `qddot` with these arguments in a folder. `afresh`: in a process that starts from nothing.
 
-    environment: what is in it beside that of the tests; then the process starts from nothing as well.
+    plain: as a user to whom permissions apply, also where tests run as root. code: what Python does in place of
+    `qddot`. environment: what is in it beside that of the tests; then the process starts from nothing as well.
     """
-    words, given = [*map(str, arguments)], {**os.environ, **environment}
+    words = [*map(str, arguments)]
+    given = {**os.environ, **{name: str(value) for name, value in environment.items()}}
     server = None if afresh or environment else _server()
     with tempfile.TemporaryDirectory() as folder:
         streams = [Path(folder, "stdout"), Path(folder, "stderr")]
         for stream in streams:
             stream.touch()
         if server and _lasting(given) == server.environment:
-            status, seconds = server.run(words, Path(cwd), given, streams)
+            status, seconds = server.run(words, Path(cwd), given, streams, plain, code)
         else:
-            status, seconds = _run(words, cwd, given, streams)
+            status, seconds = _run(words, cwd, given, streams, plain, code)
         return Done(status, *(stream.read_text() for stream in streams), seconds)
 
 
-def _run(words, cwd, environment, streams):
+def plainly(*arguments, **how):
+    """`command` as a user to whom permissions apply."""
+    return command(*arguments, plain=True, **how)
+
+
+def _run(words, cwd, environment, streams, plain, code):
+    line = [sys.executable, *(["-m", "qddot"] if code is _COMMAND_LINE else ["-c", code]), *words]
+    before = os.times()
     with streams[0].open("wb") as out, streams[1].open("wb") as err:
-        command = [sys.executable, "-m", "qddot", *words]
-        process = subprocess.Popen(command, cwd=cwd, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err)
-        try:
-            before = os.times()
-            status = process.wait(_PATIENCE)
-            after = os.times()
-        finally:
-            process.kill()
-    return status, sum(after[2:4]) - sum(before[2:4])
+        done = subprocess.run(
+            line, cwd=cwd, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err, timeout=_PATIENCE,
+            check=False, preexec_fn=give_up if plain else None,
+        )  # fmt: skip
+    after = os.times()
+    return done.returncode, sum(after[2:4]) - sum(before[2:4])
 
 
 class _Server:
@@ -74,8 +86,8 @@ class _Server:
         )  # fmt: skip
         atexit.register(self._process.communicate)
 
-    def run(self, words, cwd, environment, streams):
-        request = {"words": words, "cwd": str(cwd.absolute()), "environment": environment}
+    def run(self, words, cwd, environment, streams, plain, code):
+        request = {"words": words, "cwd": str(cwd.absolute()), "environment": environment, "plain": plain, "code": code}
         self._process.stdin.write(json.dumps({**request, "streams": [*map(str, streams)]}) + "\n")
         self._process.stdin.flush()
         if not select.select([self._process.stdout], [], [], _PATIENCE)[0]:
@@ -89,5 +101,5 @@ _server = cache(_Server)
 
 
 def _lasting(environment):
-    """The environment without what pytest says in it of each test."""
-    return {name: value for name, value in environment.items() if not name.startswith("PYTEST_")}
+    """The environment without what is said in it while tests run."""
+    return {name: value for name, value in environment.items() if not name.startswith(_PASSING)}

@@ -1,28 +1,20 @@
-"""Processes to which permissions apply, also where tests run as root."""
+"""Permissions that apply to a process, also where tests run as root."""
 
 import ctypes
 import os
-import subprocess
-import sys
-from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
-
-#: Of Linux: prctl(PR_CAPBSET_DROP), and the rights to pass over permissions and owners.
-_DROP, _OVERRIDE = 24, (1, 2, 3)
+#: Of Linux: prctl(PR_CAPBSET_DROP), the version of capset(), and the rights to pass over permissions and owners.
+_DROP, _VERSION, _OVERRIDE = 24, 0x20080522, (1, 2, 3)
 
 
-def _give_up() -> None:
+def give_up() -> None:
+    """Give up root's rights to pass over permissions, in this process and in what it starts."""
     if os.geteuid() == 0:
+        library, held = ctypes.CDLL(None), (ctypes.c_uint32 * 6)()
         for right in _OVERRIDE:
-            ctypes.CDLL(None).prctl(_DROP, right, 0, 0, 0)
-
-
-def plainly(*arguments, code=None, **environment):
-    """Run qddot, or Python code, as a user to whom permissions apply; `cwd` apart, keywords are its environment."""
-    folder = environment.pop("cwd", ROOT)
-    command = [sys.executable, *(["-c", code] if code else ["-m", "qddot"]), *map(str, arguments)]
-    given = {**os.environ, "PYTHONPATH": str(ROOT), **{name: str(value) for name, value in environment.items()}}
-    return subprocess.run(
-        command, capture_output=True, text=True, cwd=folder, env=given, timeout=300, check=False, preexec_fn=_give_up
-    )
+            library.prctl(_DROP, right, 0, 0, 0)
+        own = (ctypes.c_uint32 * 2)(_VERSION, 0)
+        library.capget(own, held)
+        for kind in range(3):  # in force, permitted, inherited
+            held[kind] &= ~sum(1 << right for right in _OVERRIDE)
+        library.capset(own, held)

@@ -3,8 +3,6 @@
 import json
 import shutil
 import signal
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -311,8 +309,7 @@ main()
 def test_a_write_that_fails_is_told_and_can_be_gone_on_with(tmp_path):
     text = STUDY.replace("every = 5", "every = 1").replace("block = 4", "block = 12")
     study, path = written(tmp_path, text), tmp_path / "limited.zarr"
-    limited = [sys.executable, "-c", LIMITED, "batch", str(study), "--out", str(path)]
-    done = subprocess.run(limited, capture_output=True, text=True, cwd=ROOT, timeout=300, check=False)
+    done = command("batch", study, "--out", path, code=LIMITED)
     assert done.returncode == 2, done.stderr
     assert "0 of 36 runs are safe: make room and give the same command" in done.stderr
     assert "Traceback" not in done.stderr
@@ -335,7 +332,7 @@ def test_the_commands_of_batches(tmp_path, store):
     assert "parameters.m_u: '41 kg' in the store, not set in the study" in again.stderr
     single = command("run", study, "--row", "36", "--no-figure", cwd=tmp_path)
     assert "--row 36: the runs of the sweep are 0 to 35" in single.stderr
-    summary = command("summary", store, cwd=tmp_path, afresh=True)
+    summary = command("summary", store, cwd=tmp_path)
     assert "36 of 36 runs, 0 failed" in summary.stdout
 
 

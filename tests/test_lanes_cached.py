@@ -4,7 +4,9 @@ import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
+
+import pytest
+from commands import ROOT, command
 
 SECOND_PROCESS = """
 import numba, numpy, qddot
@@ -34,27 +36,34 @@ print([sum(loop.stats.cache_hits.values()) for loop in loops], names)
 """
 
 
-ROOT = Path(__file__).parent.parent
-COMMAND = [sys.executable, "-P", "-c", SECOND_PROCESS]
+@pytest.fixture(scope="module")
+def first():
+    """What a process says after which all is compiled."""
+    return command(code=SECOND_PROCESS)
 
 
-def test_a_second_process_compiles_nothing():
+def test_a_second_process_compiles_nothing(first):
     """Loops, what they call by address, the lane kernel and the exact batch come from the cache, in every process."""
-    _, second = (subprocess.run(COMMAND, capture_output=True, text=True, cwd=ROOT, check=True) for _ in range(2))
-    assert second.stdout.strip() == "[1, 1, 1] []"
+    assert first.returncode == 0, first.stderr
+    assert command(code=SECOND_PROCESS).stdout.strip() == "[1, 1, 1] []"
 
 
+@pytest.mark.usefixtures("first")
 def test_a_copy_of_the_same_source_takes_what_was_compiled(tmp_path):
     """Where NUMBA_CACHE_DIR leads both to the same folder: loops, not the kernels, which are a module's own."""
-    subprocess.run(COMMAND, capture_output=True, cwd=ROOT, check=True)
     copy = tmp_path / "qddot"
     left_out = shutil.ignore_patterns(
-        ".venv*", ".git", "__pycache__", "results", ".*_cache", ".hypothesis", "docs", "tests"
+        *(".venv*", ".git", "*.nb[ci]*", "*.pyc.*", "results", ".*_cache", ".hypothesis", "docs", "tests")
     )
     shutil.copytree(ROOT, copy, symlinks=True, ignore=left_out)
     environment = {"PYTHONPATH": str(copy / ".types"), "NUMBA_CACHE_DIR": str(ROOT / "runner" / "__pycache__")}
     done = subprocess.run(
-        COMMAND, capture_output=True, text=True, cwd=copy, check=True, env={**os.environ, **environment}
+        [sys.executable, "-P", "-c", SECOND_PROCESS],
+        capture_output=True,
+        text=True,
+        cwd=copy,
+        check=True,
+        env={**os.environ, **environment},
     )
     loops, names = done.stdout.strip().split("] ")
     assert loops == "[1, 1, 1"

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from permissions import plainly
+from commands import plainly
 from study_files import write
 
 import qddot

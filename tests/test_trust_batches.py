@@ -15,6 +15,7 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from batches import STUDY, assert_equal, values, written
+from commands import command
 
 from qddot.runner.batch.export import export
 from qddot.runner.batch.grid import open_batch
@@ -407,8 +408,7 @@ listing.COMMAND = listing.COMMAND._replace(function=half)
 main()
 """
     (tmp_path / "it").write_text("old")
-    line = [sys.executable, "-c", code.replace("sys.argv[2]", repr(str(tmp_path / "it"))), "list"]
-    done = subprocess.run(line, capture_output=True, text=True, cwd=ROOT, check=False, timeout=60)
+    done = command("list", code=code.replace("sys.argv[2]", repr(str(tmp_path / "it"))))
     assert (done.returncode, done.stderr) == (128 + signal.SIGTERM, "terminated\n")
     assert [each.name for each in tmp_path.iterdir()] == ["it"]
     assert (tmp_path / "it").read_text() == "old"
