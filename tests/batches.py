@@ -44,6 +44,9 @@ keep = ["z_s"]
 every = 5
 """
 
+#: The same of sixteen runs, in four blocks.
+SMALLER = STUDY.replace('"400 kg", 9]', '"400 kg", 4]')
+
 
 def written(folder, text=STUDY, name="quick"):
     return write(folder, text, f"{name}.toml")

@@ -2,13 +2,16 @@
 
 import contextlib
 import io
+import os
 import random
 import re
 import shutil
 import sys
 import time
 import warnings
+from itertools import chain
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 from batches import STUDY as QUICK
@@ -95,7 +98,9 @@ def called(*arguments):
 
 
 def files(folder):
-    return {str(each.relative_to(folder)) for each in folder.rglob("*")}
+    """All that is in a folder, by paths in it."""
+    start = len(f"{folder}{os.sep}")
+    return {f"{where}{os.sep}{name}"[start:] for where, *those in os.walk(folder) for name in chain(*those)}
 
 
 def assert_ended_well(status, err, seconds, before, after):
@@ -115,6 +120,9 @@ def assert_ended_well(status, err, seconds, before, after):
 class Place:
     """A folder of its own with what is right in it, of which each call gets something wrong."""
 
+    #: Kinds of which what is right has been tried by this process.
+    _tried: ClassVar[set[str]] = set()
+
     def __init__(self, folder, kind):
         self.folder, self.kind = folder, kind
         (folder / "results").mkdir()
@@ -123,13 +131,13 @@ class Place:
             self.study.write_text(TABLE)
         if kind == "library":
             (folder / "library").mkdir()
-            self.study.write_text(shortened("terrain_run"))
         if kind == "store":
-            self.study.write_text(QUICK)
-            self.right = run_batch(self.study, folder / "right.zarr")
-            self.names = sorted(each.relative_to(self.right) for each in self.right.rglob("*") if each.is_file())
-
-        self._try_what_is_right()
+            self.study.write_text(FEW)
+            self.store = run_batch(self.study, folder / "wrong.zarr")
+            self.right = {each: each.read_bytes() for each in sorted(self.store.rglob("*")) if each.is_file()}
+        if kind not in self._tried:
+            self._try_what_is_right()
+            self._tried.add(kind)
 
     def _try_what_is_right(self):
         """What is not wrong yet works, and is compiled then."""
@@ -173,6 +181,7 @@ class Place:
         for name in ("guns", "roads"):
             text = (STUDIES / "library" / f"{name}.toml").read_text()
             (self.folder / "library" / f"{name}.toml").write_text(mutated(text, rng) if rng.random() < 0.6 else text)
+        self.study.write_text(shortened(rng.choice([*SHORT])))
         return self._running()
 
     def _csv(self, rng):
@@ -208,13 +217,12 @@ class Place:
         return ["compare", path]
 
     def _store(self, rng):
-        store = self.folder / "wrong.zarr"
-        shutil.rmtree(store, ignore_errors=True)
-        shutil.copytree(self.right, store)
-        for name in rng.sample(self.names, rng.choice([1, 1, 2, 5])):
-            (store / name).write_bytes(garbled((store / name).read_bytes(), rng))
-        other = ["export", store, "--to", self.folder / "results" / "rows.csv"]
-        return rng.choice([["summary", store], ["summary", store], other])
+        for path, right in self.right.items():
+            path.write_bytes(right)
+        for path in rng.sample([*self.right], rng.choice([1, 1, 2, 5])):
+            path.write_bytes(garbled(self.right[path], rng))
+        other = ["export", self.store, "--to", self.folder / "results" / "rows.csv"]
+        return rng.choice([["summary", self.store], ["summary", self.store], other])
 
 
 PARTS = [(kind, part) for kind, count in COUNTS.items() for part in range(count // TOGETHER)]
