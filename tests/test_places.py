@@ -117,7 +117,9 @@ assert '"swell"' in said("schema") and '"kerb"' in said("schema")
 @pytest.mark.slow
 def test_one_place_is_enough(tmp_path):
     copy = tmp_path / "qddot"
-    left_out = shutil.ignore_patterns(".venv", ".git", "__pycache__", "results", ".*_cache", ".hypothesis", "docs")
+    left_out = shutil.ignore_patterns(
+        ".venv", ".git", "*.nb[ci]*", "*.pyc.*", "results", ".*_cache", ".hypothesis", "docs", "tests"
+    )
     shutil.copytree(ROOT, copy, symlinks=True, ignore=left_out)
     for name, text in ADDED.items():
         with (copy / name).open("a", encoding="utf-8") as file:
