@@ -77,6 +77,11 @@ class Subject:
     reason: str = ""
 
     @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """States, outputs, inputs."""
+        return (*self.states, *self.outputs, *self.inputs)
+
+    @cached_property
     def parameter_metadata(self) -> dict[str, float]:
         """The parameters as a solution's metadata name them."""
         return {f"parameter {name}": float(value) for name, value in self.parameters.items()}
@@ -96,7 +101,7 @@ def as_solution(
         t=trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
         states=trajectory.states.view(),
         beside=partial(_beside, subject, problem, trajectory.t, trajectory.states),
-        quantities=(*subject.states, *subject.outputs, *subject.inputs),
+        quantities=subject.quantities,
         n_states=len(subject.states),
         n_outputs=len(subject.outputs),
         status=trajectory.status,
@@ -152,7 +157,7 @@ def _message(subject: Subject, problem: Problem, method: Method, options: Option
     """How the run ended; for a failure also when, which state, its last value, and what to try."""
     status = trajectory.status
     if status in (Status.FINISHED, Status.TERMINATED):
-        return f"{subject.name} {WHAT[status]} at t = {trajectory.t[-1]:.9g} s"
+        return f"{subject.name} {WHAT[status]} at t = {float(trajectory.t[-1]):.9g} s"
     at = trajectory.failed_at if np.isfinite(trajectory.failed_at) else trajectory.t[-1]
     step = f" with step {options.step:g} s" if options.step is not None and not method.adaptive else ""
     message = f"{subject.name} {WHAT[status]} at t = {at:.9g} s (method {method.name}{step})"

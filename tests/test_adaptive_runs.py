@@ -159,7 +159,8 @@ def test_a_second_process_compiles_nothing():
         "import json; from adaptive_runs import circle, run;"
         "from qddot.runner.explicit.adaptive import _compiled_loop as loop;"
         "[run(circle, (0, 1), (1, 0), method) for method in ('ode45', 'dop853')];"
-        "stats = loop().stats; print(json.dumps([sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))"
+        "stats = loop().function.stats;"
+        "print(json.dumps([sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))"
     )
     environment = {"PYTHONPATH": f"{here}:{here.parent}", "PATH": ""}
     result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, env=environment)

@@ -290,7 +290,7 @@ from qddot.runner.simulate import simulate
 model = load("tests/sample_models/oscillator.py")
 for method in ("rk4", "euler"):
     simulate(model, (0, 1), method=method, step=0.1)
-stats = fixed._compiled_loop().stats
+stats = fixed._compiled_loop().function.stats
 print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
 

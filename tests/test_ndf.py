@@ -334,7 +334,7 @@ class TestBoth:
             "from qddot.runner.stiff.driver import compiled_loop\n"
             f"run({method!r}, AXLE)\n"
             f"run({method!r}, diffusing(60))\n"
-            "stats = compiled_loop(module.run_slice, module.CONTROL).stats\n"
+            "stats = compiled_loop(module.run_slice, module.CONTROL).function.stats\n"
             "print(len(stats.cache_hits), sum(stats.cache_misses.values()))\n"
         )
         root = Path(__file__).parent.parent

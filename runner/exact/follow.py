@@ -5,10 +5,8 @@ Within a step the states are those of the same series from its start: dense outp
 
 import math
 from functools import cache, partial
-from typing import Any
 
 import numpy as np
-from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from qddot.runner.exact.forcing import force, look_up
@@ -24,6 +22,7 @@ from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.space import make_space, row_address, set_inputs, space_layout, state_within, states
 from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
+from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.machine.memory import BLOCK, BY_ADDRESS, LEAN, floats, layout, place, record, record_at
@@ -131,9 +130,8 @@ def run_slice(s, space, course, log, watch, most_steps):
 
 
 @cache
-def _compiled_loop() -> Any:
-    signature = types.int64(*map(from_dtype, (SPACE, EVENT_SPACE, COURSE, LOG, WATCH)), types.int64)
-    return compiled(signature, _nrt=False, nogil=True)(run_slice)
+def _compiled_loop() -> Loop:
+    return by_places(run_slice, SPACE, EVENT_SPACE, COURSE, LOG, WATCH)
 
 
 def integrate_closely(
@@ -152,11 +150,11 @@ def integrate_closely(
     give_functions(space, DENSE_OUTPUT, events=bool(options.events), conditions=False)
     wanted, refine = (wanted, 0) if recorder is None else (np.empty(0), DEGREE)
     log = log_for(problem, np.empty(0), wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
-    loop = partial(_compiled_loop(), s, space, course, log.record, watch, max(16, SLICE_WORK // n))
+    loop = partial(_compiled_loop().of(s, space, course, log.record, watch), max(16, SLICE_WORK // n))
 
     def one_slice() -> int:
         log.make_room(int(watch["most"]))
-        return Status.FINISHED if recorder is not None and s["t"] >= recorder.until else int(loop())
+        return Status.FINISHED if recorder is not None and s["t"] >= recorder.until else loop()
 
     status = run_slices(
         one_slice,
@@ -168,4 +166,4 @@ def integrate_closely(
     log.save(reached, work[STATE])
     del watch_arrays, space_arrays  # The loop knew them by address: they had to live until here.
     counts = Statistics(steps=int(s["steps"]), evaluations=int(s["products"]), wall_time=working_time() - start)
-    return log.trajectory(status, counts, float(s["t"]), int(s["failed_state"]), options.events)
+    return log.trajectory(status, counts, lambda: (s["t"], s["failed_state"]), options.events)

@@ -1,10 +1,9 @@
 """Adaptive explicit Runge-Kutta methods: any embedded pair, any controller, any model, one compiled loop."""
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import typeof, types
 
 from qddot.runner.explicit.adaptive_course import COURSE, DENSE_OUTPUT
 from qddot.runner.explicit.adaptive_loop import run_slice
@@ -19,8 +18,8 @@ from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.step_control import CONTROL, control_for
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import Marching, restorer, run_in_place
-from qddot.runner.machine.compiled import compiled
+from qddot.runner.frame.workplace import Marching, counting, restorer, run_in_place
+from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.memory import BLOCK, place, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
@@ -35,9 +34,8 @@ COUNTS = ("steps", "failed_attempts", "evaluations")
 
 
 @cache
-def _compiled_loop() -> Any:
-    records = (typeof(record(fields)) for fields in (SPACE, PAIR, CONTROL, COURSE, LOG, WATCH, WATCH))
-    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice)
+def _compiled_loop() -> Loop:
+    return by_places(run_slice, SPACE, PAIR, CONTROL, COURSE, LOG, WATCH, WATCH)
 
 
 def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
@@ -73,10 +71,12 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * pair.tableau.stages))
+    go_on = loop.of(space, coefficients, control, course, log.record, watch, sides)
+    most_events = int(watch["most"])
 
     def one_slice() -> int:
-        log.make_room(int(watch["most"]))
-        return int(loop(space, coefficients, control, course, log.record, watch, sides, most_steps))
+        log.make_room(most_events)
+        return go_on(most_steps)
 
     return Marching(
         options,
@@ -84,7 +84,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         log,
         state_of(space, space_arrays),
         one_slice,
-        lambda: {name: int(course[name]) for name in COUNTS},
+        counting(course, *COUNTS),
         restorer(
             space, course, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)
         ),

@@ -1,10 +1,9 @@
 """Fixed-step marching: plans the steps and the saved points of a run for the compiled loop of `march`."""
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import typeof, types
 
 from qddot.runner.explicit.march import MARCH, run_slice, steps_of
 from qddot.runner.explicit.march_closely import DENSE_OUTPUT, run_slice_closely
@@ -21,8 +20,8 @@ from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import grid_stops
 from qddot.runner.frame.workplace import Marching, restorer, run_in_place
 from qddot.runner.inputs.short import with_stops
-from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BLOCK, place, record
+from qddot.runner.machine.by_places import Loop, by_places
+from qddot.runner.machine.memory import BLOCK, place, reading, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status, Trajectory
 
@@ -36,15 +35,13 @@ SLICE_WORK = 1_000_000
 
 
 @cache
-def _compiled_loop() -> Any:
-    records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH, LOG))
-    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice)
+def _compiled_loop() -> Loop:
+    return by_places(run_slice, SPACE, PAIR, MARCH, LOG)
 
 
 @cache
-def _compiled_close_loop() -> Any:
-    records = (typeof(record(fields)) for fields in (SPACE, PAIR, MARCH, LOG, WATCH, WATCH))
-    return compiled(types.int64(*records, types.int64), _nrt=False, nogil=True)(run_slice_closely)
+def _compiled_close_loop() -> Loop:
+    return by_places(run_slice_closely, SPACE, PAIR, MARCH, LOG, WATCH, WATCH)
 
 
 def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
@@ -72,18 +69,20 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     events, points = bool(options.events), recorder is not None
     give_functions(space, DENSE_OUTPUT, events=events, conditions=problem.n_modes > 0, points=points)
     loop = _compiled_close_loop() if closely else _compiled_loop()
+    go_on = loop.of(space, tableau, march, log.record, *((watch, sides) if closely else ()))
 
     def one_slice() -> int:
         if not closely:
-            return int(loop(space, tableau, march, log.record, most_steps))
+            return go_on(most_steps)
         log.make_room(int(watch["most"]))
-        steps = most_steps if recorder is None else min(most_steps, recorder.steps - int(march["steps"]))
-        status = int(loop(space, tableau, march, log.record, watch, sides, steps))
+        status = go_on(most_steps if recorder is None else min(most_steps, recorder.steps - int(march["steps"])))
         return Status.FINISHED if recorder is not None and march["steps"] >= recorder.steps else status
 
-    def counts() -> dict[str, int]:
-        steps = int(march["steps"])
-        return {"steps": steps, "evaluations": steps * stages + int(march["end_slopes"])}
+    counts = reading(march, "steps", "end_slopes")
+
+    def statistics() -> dict[str, int]:
+        steps, end_slopes = counts()
+        return {"steps": steps, "evaluations": steps * stages + end_slopes}
 
     return Marching(
         options,
@@ -91,7 +90,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         log,
         state_of(space, space_arrays),
         one_slice,
-        counts,
+        statistics,
         restorer(
             space, march, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)
         ),

@@ -3,9 +3,10 @@
 It knows neither the method nor its step control: a state is an address.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from qddot.runner.frame.events import EventLog, names_of
 from qddot.runner.frame.output_times import check_points
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, record
+from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, reading, record
 from qddot.runner.problem import Problem, Statistics, Status, Trajectory
 
 #: Points that there is room for at first, beyond twice the wanted times; doubled whenever half of it is used up.
@@ -33,6 +34,18 @@ LOG = layout(
 POINTS, EVENTS = ("saved_t", "saved_x"), ("found_t", "found_event", "found_x")
 
 
+class Used(NamedTuple):
+    """Fields of the record that Python reads after each slice."""
+
+    refine: int
+    n_wanted: int
+    next_wanted: int
+    saved: int
+    room: int
+    found: int
+    event_room: int
+
+
 @dataclass(frozen=True, eq=False)
 class Log:
     """The record that compiled loops write to, and the arrays it points into; recorder: where pieces go, not points."""
@@ -42,27 +55,40 @@ class Log:
     first_room: tuple[int, int]
     recorder: Recorder | None = None
 
+    @cached_property
+    def _read(self) -> Callable[[], tuple[int, ...]]:
+        return reading(self.record, *Used._fields)
+
+    @property
+    def used(self) -> Used:
+        """How much is written down, and how much there is room for."""
+        return Used._make(self._read())
+
     def make_room(self, events: int = 0) -> None:
         """Double what is half full, or too small for what a step may write down, `events` events among it."""
-        log = self.record
         self._hand_over()
-        for filled, room, more, names in (
-            ("saved", "room", points_of_step.py_func(log["refine"], log["n_wanted"] - log["next_wanted"]), POINTS),
-            ("found", "event_room", events, EVENTS),
+        used = self.used
+        points = points_of_step.py_func(used.refine, used.n_wanted - used.next_wanted)
+        for filled, size, more, name, names in (
+            (used.saved, used.room, points, "room", POINTS),
+            (used.found, used.event_room, events, "event_room", EVENTS),
         ):
-            size = used = int(log[room])
-            while 2 * log[filled] >= size or log[filled] + more > size:
-                size *= 2
-            if size > used:
-                for name in names:
-                    old = self.arrays[name]
-                    self.arrays[name] = np.concatenate([old, np.zeros((size - used, *old.shape[1:]), old.dtype)])
-                    log[name] = address(self.arrays[name])
-                log[room] = size
+            if 2 * filled >= size or filled + more > size:
+                self._enlarge(filled, size, more, name, names)
+
+    def _enlarge(self, filled: int, used: int, more: int, room: str, names: tuple[str, ...]) -> None:
+        size = used
+        while 2 * filled >= size or filled + more > size:
+            size *= 2
+        for name in names:
+            old = self.arrays[name]
+            self.arrays[name] = np.concatenate([old, np.zeros((size - used, *old.shape[1:]), old.dtype)])
+            self.record[name] = address(self.arrays[name])
+        self.record[room] = size
 
     def save(self, t: float, x: NDArray[np.float64]) -> None:
         """Append a point, unless the last one is of this time, or pieces are recorded."""
-        place = int(self.record["saved"])
+        place = self.used.saved
         if self.recorder is not None:
             self._hand_over()
         elif place == 0 or self.arrays["saved_t"][place - 1] < t:
@@ -75,13 +101,12 @@ class Log:
 
     def reusable(self, status: Status) -> bool:
         """Whether another run may write to it: this one did not fail, and has not made it large."""
-        rooms = int(self.record["room"]), int(self.record["event_room"])
+        rooms = len(self.arrays["saved_t"]), len(self.arrays["found_t"])
         return status in (Status.FINISHED, Status.TERMINATED) and rooms == self.first_room
 
     def _hand_over(self) -> None:
         """Hand over the pieces that are written down, where pieces are."""
-        points = int(self.record["saved"])
-        if self.recorder is not None and points > 0:
+        if self.recorder is not None and (points := self.used.saved) > 0:
             t, x = (self.arrays[name][:points].copy() for name in POINTS)
             count = int(self.record["refine"]) + 1
             self.recorder.take(t.reshape(-1, count), x.reshape(-1, count, x.shape[1]))
@@ -91,24 +116,21 @@ class Log:
         self,
         status: Status,
         statistics: Statistics,
-        failed_at: float,
-        failed_state: int,
+        failure: Callable[[], tuple[float, int]],
         events: Sequence[Any] = (),
     ) -> Trajectory:
-        """What is written down, with how the run ended, and where where it failed. events: those watched for."""
-        points, found = int(self.record["saved"]), int(self.record["found"])
-        t, states = (self.arrays[name][:points].copy() for name in POINTS)
-        found_t, found_event, found_x = (self.arrays[name][:found].copy() for name in EVENTS)
-        names = names_of(events)
-        return Trajectory(
-            t=t,
-            states=states,
-            status=status,
-            statistics=statistics,
-            failed_at=float(failed_at) if status in FAILURES else np.nan,
-            failed_state=int(failed_state) if status in FAILURES else -1,
-            extras={"events": EventLog(found_t, found_event, found_x, names)} if names else {},
-        )
+        """What is written down, with how the run ended; failure: tells when it failed, and which state, if it did.
+
+        events: those watched for.
+        """
+        used = self.used
+        t, states = self.arrays["saved_t"][: used.saved].copy(), self.arrays["saved_x"][: used.saved].copy()
+        failed_at, failed_state = failure() if status in FAILURES else (np.nan, -1)
+        extras = {}
+        if events:
+            t_found, event, x_found = (self.arrays[name][: used.found].copy() for name in EVENTS)
+            extras["events"] = EventLog(t_found, event, x_found, names_of(events))
+        return Trajectory(t, states, status, statistics, float(failed_at), int(failed_state), extras)
 
 
 def log_for(

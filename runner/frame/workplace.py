@@ -15,6 +15,7 @@ from qddot.runner.frame.log import Log
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.machine.compiling import working_time
+from qddot.runner.machine.memory import reading
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Trajectory
 
@@ -50,20 +51,26 @@ class Marching:
 
     def run(self, problem: Problem) -> tuple[Trajectory, bool]:
         """See `Workplace`."""
-        start, course, options = working_time(), self.course, self.options
+        start, options, log = working_time(), self.options, self.log
         self.restore()
         self.state[:] = problem.initial_state
-        self.log.begin(problem.initial_state)
+        log.begin(problem.initial_state)
         status = run_slices(
             self.one_slice,
-            fraction_done=lambda: float((course["now"] - problem.t0) / (problem.t1 - problem.t0)),
+            fraction_done=lambda: (self._now - problem.t0) / (problem.t1 - problem.t0),
             progress=options.progress,
             time_limit=options.time_limit,
         )
-        self.log.save(float(course["now"]), self.state)
+        log.save(self._now, self.state)
         counts = Statistics(**self.counts(), wall_time=working_time() - start)
-        failed_at, failed_state = course[self.failed_at], course["failed_state"]
-        return self.log.trajectory(status, counts, failed_at, failed_state, options.events), self.log.reusable(status)
+        return log.trajectory(status, counts, self._failure, options.events), log.reusable(status)
+
+    @property
+    def _now(self) -> float:
+        return float(self.course["now"])
+
+    def _failure(self) -> tuple[float, int]:
+        return float(self.course[self.failed_at]), int(self.course["failed_state"])
 
 
 Make = Callable[[Problem, "Method", Options, Recorder | None], Workplace]
@@ -84,6 +91,12 @@ def run_in_place(
     if again:
         idle.append(place)
     return trajectory
+
+
+def counting(course: np.void, *names: str) -> Callable[[], dict[str, int]]:
+    """What reads the statistics of these names, two or more, in a record."""
+    counts = reading(course, *names)
+    return lambda: dict(zip(names, counts(), strict=True))
 
 
 def restorer(*places: Any) -> Callable[[], None]:

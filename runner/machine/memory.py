@@ -7,7 +7,9 @@ caller keeps the arrays alive; nothing here checks bounds.
 """
 
 import ctypes
+from collections.abc import Callable
 from inspect import Parameter, Signature
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -82,6 +84,14 @@ def place(of: np.void) -> int:
     """The address of a record."""
     base: Any = of.base
     return address(base)
+
+
+def reading(of: np.void, *names: str) -> Callable[[], tuple[int, ...]]:
+    """What reads two or more int64 fields of a record, all at once: each by its name takes a microsecond."""
+    base: Any = of.base
+    numbers: NDArray[np.int64] = base.view(np.int64)
+    chosen = itemgetter(*(of.dtype.fields[name][1] // 8 for name in names))  # type: ignore[index]  # it has fields
+    return lambda: chosen(numbers.tolist())
 
 
 def writable(array: NDArray[Any]) -> NDArray[Any]:

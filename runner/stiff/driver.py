@@ -6,7 +6,6 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from qddot.runner.frame.consistent import AlgebraicEquations, InconsistentError, consistent_state
@@ -19,9 +18,9 @@ from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import restorer
+from qddot.runner.frame.workplace import counting, restorer
 from qddot.runner.inputs.instants import after
-from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.machine.memory import place, record
 from qddot.runner.options import Options
@@ -43,6 +42,7 @@ class StiffWorkplace:
     log: Log
     rows: NDArray[np.float64]
     loop: Callable[[], int]
+    counts: Callable[[], dict[str, int]]
     most_events: int
     restore: Callable[[], None]
     arrays: Any
@@ -67,9 +67,9 @@ class StiffWorkplace:
             time_limit=options.time_limit,
         )
         log.save(float(s["t"]), rows[X])
-        counts = Statistics(**{name: int(s[name]) for name in COUNTS}, wall_time=working_time() - start)
-        found = log.trajectory(status, counts, max(s["t"], s["t_new"]), s["failed_state"], options.events)
-        return found, log.reusable(status)
+        counts = Statistics(**self.counts(), wall_time=working_time() - start)
+        failure = lambda: (max(s["t"], s["t_new"]), s["failed_state"])  # noqa: E731
+        return log.trajectory(status, counts, failure, options.events), log.reusable(status)
 
 
 def stiff_workplace(
@@ -110,7 +110,8 @@ def stiff_workplace(
         s,
         log,
         arrays["work"],
-        partial(compiled_loop(run_slice, control), space, s, log.record, watch, sides, most_steps),
+        partial(compiled_loop(run_slice, control).of(space, s, log.record, watch, sides), most_steps),
+        counting(s, *COUNTS),
         int(watch["most"]),
         restorer(
             space, s, log.record, watch, sides, *(arrays[name] for name in ("work", "reader", "u")), *kept(sides_arrays)
@@ -120,10 +121,9 @@ def stiff_workplace(
 
 
 @cache
-def compiled_loop(run_slice: Callable[..., Any], control: np.dtype) -> Any:
+def compiled_loop(run_slice: Callable[..., Any], control: np.dtype) -> Loop:
     """A method's loop, with `control` the type of its record of scalars."""
-    signature = types.int64(*map(from_dtype, (SPACE, control, LOG, WATCH, WATCH)), types.int64)
-    return compiled(signature, nogil=True)(run_slice)
+    return by_places(run_slice, SPACE, control, LOG, WATCH, WATCH)
 
 
 def _settings(problem: Problem, options: Options) -> dict[str, Any]:

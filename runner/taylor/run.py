@@ -1,10 +1,9 @@
 """A run of Taylor's method around its compiled loop."""
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import from_dtype, types
 
 from qddot.runner.frame.events import watch_for
 from qddot.runner.frame.functions import give_functions
@@ -13,8 +12,8 @@ from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import Marching, restorer, run_in_place
-from qddot.runner.machine.compiled import compiled
+from qddot.runner.frame.workplace import Marching, counting, restorer, run_in_place
+from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.memory import place, record
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
@@ -35,9 +34,8 @@ DEGREE = 12
 
 
 @cache
-def _compiled_loop() -> Any:
-    signature = types.int64(*map(from_dtype, (SPACE, COURSE, LOG, WATCH)), types.int64)
-    return compiled(signature, _nrt=False, nogil=True)(run_slice)
+def _compiled_loop() -> Loop:
+    return by_places(run_slice, SPACE, COURSE, LOG, WATCH)
 
 
 def integrate(problem: Problem, method: "Method", options: Options, recorder: Recorder | None = None) -> Trajectory:
@@ -72,10 +70,11 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     most_steps = max(16, SLICE_WORK // (order * order * int(space["n"])))
+    go_on, most_events = loop.of(space, course, log.record, watch), int(watch["most"])
 
     def one_slice() -> int:
-        log.make_room(int(watch["most"]))
-        return int(loop(space, course, log.record, watch, most_steps))
+        log.make_room(most_events)
+        return go_on(most_steps)
 
     memory, places = arrays["memory"], code.memory
     return Marching(
@@ -84,7 +83,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         log,
         memory[places.states : places.states + int(space["n"])],
         one_slice,
-        lambda: {name: int(course[name]) for name in COUNTS},
+        counting(course, *COUNTS),
         restorer(course, log.record, watch, arrays["reader"], memory[places.sides :][: len(code.table.sides)]),
         (space, arrays, watch_arrays),
     )
