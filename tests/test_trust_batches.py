@@ -52,8 +52,8 @@ def partial(tmp_path_factory, whole):
             notes.close()
     assert 2 <= len(store.finished()) <= 6
     assert max(store.finished()) < 8
-    store._arrays["status"][32:36] = 1
-    store._arrays["travel"][32:36] = 1e9
+    store.array("status")[32:36] = 1
+    store.array("travel")[32:36] = 1e9
     return store.path
 
 

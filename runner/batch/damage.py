@@ -59,7 +59,7 @@ def damaged_files(store: Store) -> list[str]:
             whole = whole and _digest_of(store, name) == record["coordinates"][name]
             found += [] if whole else [name]
         else:
-            found += [] if whole and _opened(store.path / name) is not None else [f"{name}/zarr.json"]
+            found += [] if whole and _opens(store, name) else [f"{name}/zarr.json"]
     return found
 
 
@@ -81,6 +81,11 @@ def damage_of(store: Store) -> Damage:
     """What of the blocks is damaged. Raises StoreError where something beside them is, so that nobody can tell."""
     if files := damaged_files(store):
         raise StoreError(f"{store.path} is damaged: {', '.join(files[:MOST_TOLD])}; {ADVICE}")
+    return damage_of_blocks(store)
+
+
+def damage_of_blocks(store: Store) -> Damage:
+    """The same of a store of which nothing beside the blocks is damaged."""
     notes, damaged_markers = store.markers_read()
     count, blocks = -(-store.runs // store.block), {}
     names: dict[int, list[str]] = {index: ["its marker"] for index in damaged_markers}
@@ -122,6 +127,15 @@ def _digest_of(store: Store, name: str) -> str | None:
     array = _opened(store.path / name)
     values = None if array is None else read_array(array)
     return None if values is None else of_values(values)
+
+
+def _opens(store: Store, name: str) -> bool:
+    """Whether there is the array of a result."""
+    try:
+        store.array(name)
+    except Exception:
+        return False
+    return True
 
 
 def _opened(path: Path) -> Any:

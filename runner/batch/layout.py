@@ -5,6 +5,7 @@ import json
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -107,7 +108,11 @@ def identity(job: Job) -> dict[str, Any]:
 
 def versions() -> dict[str, str]:
     """Versions of Python and of what computes and stores."""
-    return {"python": platform.python_version()} | {name: version(name) for name in LIBRARIES}
+    return {"python": platform.python_version()} | {name: _version(name) for name in LIBRARIES}
+
+
+#: Of a library, which is looked up in files: once.
+_version = cache(version)
 
 
 def _coordinate(name: str, dimension: str, values: NDArray[Any], said: dict[str, Any]) -> Variable:

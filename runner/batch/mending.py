@@ -5,7 +5,7 @@ import secrets
 import shutil
 from dataclasses import replace
 
-from qddot.runner.batch.damage import damage_of, damaged_files
+from qddot.runner.batch.damage import damage_of, damage_of_blocks, damaged_files
 from qddot.runner.batch.disk import cleared, synchronize
 from qddot.runner.batch.job import Job
 from qddot.runner.batch.making import fill, locked
@@ -23,7 +23,7 @@ def mended(store: Store, job: Job) -> list[str]:
         while (found := damaged_files(store)) and not set(found) <= set(files):
             _put_back(store, job, found)  # the first time perhaps only the record, by which the others are found
             files += found
-        damage = damage_of(store)
+        damage = damage_of(store) if found else damage_of_blocks(store)
         for index in damage.blocks:
             store.forget(index)
         for name, blocks in damage.unreadable.items():

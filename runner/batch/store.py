@@ -81,20 +81,18 @@ class Store:
         return tuple(self.record["results"])
 
     @cached_property
-    def _group(self) -> zarr.Group:
-        return zarr.open_group(str(self.path), mode="r+", use_consolidated=False)
-
-    @cached_property
     def _arrays(self) -> dict[str, Any]:
-        return {name: self._group[name] for name in self.results}
+        return {}
 
     def array(self, name: str) -> Any:
-        """The Zarr array of a result."""
+        """The Zarr array of a result, opened once. Raises what Zarr raises where there is none."""
+        if name not in self._arrays:
+            self._arrays[name] = zarr.open_array(str(self.path / name), mode="r+", zarr_format=3)
         return self._arrays[name]
 
     def forget_what_was_read(self) -> None:
         """Read the files of the store anew when they are wanted next: they were replaced."""
-        for name in ("record", "attributes", "_group", "_arrays"):
+        for name in ("record", "attributes", "_arrays"):
             self.__dict__.pop(name, None)
 
     @property
@@ -131,7 +129,7 @@ class Store:
         """Write a block, then its marker; returns what that says. Raises OSError where the disk does not take it."""
         first, stop = block.runs.start, block.runs.stop
         for name, values in block.rows.items():
-            self._arrays[name][first:stop] = values
+            self.array(name)[first:stop] = values
         for name in block.rows:
             self._to_disk(name, block.index)
         note = {
@@ -142,8 +140,7 @@ class Store:
             "wall_time": wall_time,
             "reasons": {str(run): reason for run, reason in block.reasons.items()},
             "digests": {
-                name: of_values(np.asarray(values, dtype=self._arrays[name].dtype))
-                for name, values in block.rows.items()
+                name: of_values(np.asarray(values, dtype=self.array(name).dtype)) for name, values in block.rows.items()
             },
         }
         written_down(self._marker(block.index), sealed(note))
