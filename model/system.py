@@ -281,8 +281,11 @@ class System:
     def written_out(self, expression: Expr | float) -> Expr:
         """An expression with everything named replaced by what it stands for."""
         written = sympify(expression)
+        inside = written.free_symbols
         for symbol, definition in reversed(self.definitions.items()):
-            written = written.xreplace({symbol: definition})
+            if symbol in inside:
+                written = written.xreplace({symbol: definition})
+                inside = inside | definition.free_symbols
         return written
 
 
