@@ -170,22 +170,32 @@ def misprint(draw, term, equations):
     return term[:start] + other + term[end:]
 
 
-def values(system_equations, texts):
-    """Sums of terms at random points, by SymPy and numpy: shares nothing with the comparison."""
-    definitions = system_equations.system.definitions
-    rng = np.random.default_rng(3)
-    found = []
-    for text in texts:
-        expression = sympy.parse_expr("+".join(f"({term})" for term in text), local_dict=LOCALS)
-        for symbol, definition in reversed(definitions.items()):
-            expression = expression.subs(symbol, definition)
-        found.append(expression)
-    free = sorted(set().union(*(expression.free_symbols for expression in found)), key=str)
-    point = dict(zip(free, rng.uniform(0.3, 1.7, (len(free), 5)), strict=True))
-    return [np.broadcast_to(sympy.lambdify(free, e)(*point.values()), 5) for e in found]
+class Point(dict):
+    """Values of names at five random points; of what a model defines, of what that stands for, by SymPy and numpy."""
+
+    def __init__(self, definitions):
+        super().__init__(sin=np.sin, cos=np.cos)
+        self.definitions = {str(symbol): definition for symbol, definition in definitions.items()}
+        self.chance = np.random.default_rng(3)
+
+    def __missing__(self, name):
+        definition = self.definitions.get(name)
+        if definition is None:
+            value = self.chance.uniform(0.3, 1.7, 5)
+        else:
+            inside = sorted(definition.free_symbols, key=str)
+            value = np.broadcast_to(sympy.lambdify(inside, definition)(*(self[str(each)] for each in inside)), 5)
+        return self.setdefault(name, value)
 
 
-LOCALS = {name: sympy.Symbol(name) for name in ("gamma", "beta", "zeta", "S", "N", "I", "E", "Q", "O", "C")}
+@cache
+def point(model):
+    return Point(derived(model).system.definitions)
+
+
+def values(model, terms):
+    """A sum of terms at random points: shares nothing with the comparison."""
+    return np.broadcast_to(sum(eval(term, {}, point(model)) for term in terms), 5)
 
 
 @given(planted())
@@ -200,7 +210,7 @@ def test_planted_errors_are_found_each_and_only_those(tmp_path_factory, case):
         if printed == true:
             assert comparison.equal
             continue
-        one, other = values(equations, [true, printed])
+        one, other = values(model, true), values(model, printed)
         really = not np.allclose(one, other, rtol=1e-9, atol=1e-12)
         if comparison.factor == 1:
             assert comparison.equal == (not really), (true, printed, said(comparison))

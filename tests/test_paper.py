@@ -246,10 +246,11 @@ def test_the_command_exits_with_1_where_a_claim_no_longer_holds(tmp_path, monkey
     path = smaller(tmp_path)
     path.write_text(path.read_text().replace("value = 637", "value = 638"))
     given = read(path)
-    again = judge(given, Studies(tmp_path), found.numbers)
+    again = judge(given, found.studies, found.numbers)
     assert [each.name for each in again if each.worse and not each.claim.where.startswith("4")] == ["points_ode45"]
     broken = type(found)(**{**vars(found), "claims": again, "paper": given})
     monkeypatch.setattr("qddot.paper.command.reproduce", lambda path, bar, parameters: broken)
+    monkeypatch.setattr("qddot.paper.section_figures.draw_all", lambda found, into: iter(()))  # drawn above
     assert paper(path, tmp_path / "out", as_json=False) == 1
     assert "worse than when last looked at" in capsys.readouterr().out
     said = json.loads((tmp_path / "out" / "claims.json").read_text())

@@ -55,12 +55,19 @@ def test_a_scene_is_its_expressions(system, kernels, points):
     """The kernel beside SymPy's own arithmetic, number by number."""
     names = [Symbol("t"), *(c.symbol for c in system.coordinates), *(c.rate for c in system.coordinates)]
     names += [Symbol(row[0]) for row in expanded(kernels.INPUT)] + [each.symbol for each in system.parameters]
-    written = [system.written_out(expression) for _, _, expression in scene_numbers(system)]
+    definitions = []
+    for symbol, definition in system.definitions.items():
+        definitions.append(sympy.lambdify([names], definition, modules="math"))
+        names.append(symbol)
+    written = [expression for _, _, expression in scene_numbers(system)]
     reference = sympy.lambdify([names], written, modules="math")
     for time, state, u, p, c in points[:5]:
         found = np.empty(len(written))
         kernels.scene.py_func(time, state, u, c, found)
-        assert found == pytest.approx(reference([time, *state, *u, *p]), rel=1e-11, abs=1e-11)
+        known = [time, *state, *u, *p]
+        for definition in definitions:
+            known.append(definition(known))
+        assert found == pytest.approx(reference(known), rel=1e-11, abs=1e-11)
 
 
 def drawn(name, run, t):
