@@ -2,11 +2,12 @@
 
 import gc
 import importlib
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
-from drivers import MANY, compile_a_share
+from drivers import IMPORTS, MANY, TASKS, compile_a_share
 
 from qddot.codegen.sources import shipped, shipped_names
 from qddot.model.system import System
@@ -19,6 +20,14 @@ MODELS = tuple(name for name in shipped_names() if name not in CONSTRAINED and n
 
 #: To collect 190 files makes half a million objects, which stay: Python need not look through them again and again.
 gc.disable()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session):
+    """Processes that are to collect all files compile together what these compile as they are imported."""
+    config = session.config
+    if hasattr(config, "workerinput") and any(Path(each).is_dir() for each in config.args):
+        compile_a_share(config._tmp_path_factory.getbasetemp().parent / "imports", IMPORTS)
 
 
 def pytest_collection_finish():
@@ -49,9 +58,7 @@ def pytest_collection_modifyitems(config, items):
 def drivers(request, tmp_path_factory, worker_id):
     """Drivers of all methods, compiled by the processes of a whole session together."""
     if worker_id != "master" and len({item.path for item in request.session.items}) >= MANY:
-        folder = tmp_path_factory.getbasetemp().parent / "drivers"
-        folder.mkdir(exist_ok=True)
-        compile_a_share(folder)
+        compile_a_share(tmp_path_factory.getbasetemp().parent / "drivers", TASKS)
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,9 @@ Each process would compile all of it otherwise, at about the same time and so in
 """
 
 import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import qddot
@@ -39,9 +42,16 @@ TASKS = {
 }
 
 
-def compile_a_share(folder: Path) -> None:
-    """Compile what no other process has taken, then wait until all is there; folder: of all processes of a session."""
-    for name, task in TASKS.items():
+#: Modules that compile functions as they are imported, which test files do as they are collected.
+IMPORTS = {
+    name: partial(import_module, name) for name in ("qddot.runner.machine.constrained", "qddot.runner.batch.block")
+}
+
+
+def compile_a_share(folder: Path, tasks: Mapping[str, Callable[[], object]]) -> None:
+    """Do what no other process has taken, then wait until all is done; folder: of all processes of a session."""
+    folder.mkdir(exist_ok=True)
+    for name, task in tasks.items():
         try:
             (folder / f"{name} taken").touch(exist_ok=False)
         except FileExistsError:
@@ -51,5 +61,5 @@ def compile_a_share(folder: Path) -> None:
         finally:
             (folder / f"{name} done").touch()
     until = time.monotonic() + PATIENCE
-    while time.monotonic() < until and not all((folder / f"{name} done").exists() for name in TASKS):
+    while time.monotonic() < until and not all((folder / f"{name} done").exists() for name in tasks):
         time.sleep(0.1)
