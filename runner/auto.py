@@ -14,6 +14,7 @@ from qddot.runner.method import Method
 from qddot.runner.methods import METHODS as KNOWN
 from qddot.runner.options import TABLE, Options
 from qddot.runner.problem import FOREVER, Problem, Trajectory
+from qddot.runner.sparse import LARGE, fastest, sparse_matrix
 from qddot.runner.takers import fitted, taken
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def choose(model: "Model", problem: Problem, options: Options) -> tuple[Method, 
     runge_kutta = "vern7" if rtol >= TIGHT else "dop853"
     rates = _rates(model, problem)
     linear = model.tables.linear and not model.tables.contacts
-    if _may(options, "exact") and linear and len(rates) <= MOST_EXACT and problem.t1 < FOREVER:
+    if _may(options, "exact") and linear and len(model.state_names) <= MOST_EXACT and problem.t1 < FOREVER:
         return _chosen("exact", options, "the model is linear")
     span = abs(problem.t1 - problem.t0)
     fast, slow = _fast_and_slow(rates, span)
@@ -85,12 +86,14 @@ def _may(options: Options, name: str) -> bool:
 
 
 def _rates(model: "Model", problem: Problem) -> np.ndarray:
-    """The eigenvalues of the Jacobian at the start, 1/s; zeros where it is not finite."""
+    """The eigenvalues of the Jacobian at the start, 1/s, of many states the outermost; zero where it is not finite."""
     inputs, t = problem.inputs, float(problem.t0)
     u = np.zeros(max(1, len(inputs.first)))
     evaluate(inputs, reader_for(inputs), t, t, len(inputs.first), u)
-    J = model.matrix("jacobian")(t, np.array(problem.initial_state), u, problem.constants)
-    return np.linalg.eigvals(J) if np.isfinite(J).all() else np.zeros(len(J))
+    J = sparse_matrix(model.matrix("jacobian"), t, np.array(problem.initial_state), u, problem.constants)
+    if not np.isfinite(J.data).all():
+        return np.zeros(1)
+    return np.linalg.eigvals(J.toarray()) if len(model.state_names) < LARGE else fastest(J)
 
 
 def _fast_and_slow(rates: np.ndarray, span: float) -> tuple[float, float]:

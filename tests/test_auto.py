@@ -3,12 +3,14 @@
 import adaptive_runs
 import numpy as np
 import pytest
+from scipy.sparse import block_array, csc_array, diags_array, eye_array
 from sympy import Eq, Piecewise, Rational, cos, symbols
 
 import qddot
 from qddot.codegen.generate import generate
 from qddot.model.system import Coordinate, Input, Parameter, System
-from qddot.runner.auto import choose_for_many
+from qddot.runner.auto import STIFF, _fast_and_slow, choose_for_many
+from qddot.runner.sparse import fastest
 
 x, xdot, c, F = symbols("x xdot c F")
 
@@ -91,3 +93,29 @@ def test_the_solution_tells_what_was_chosen(model):
 def test_a_function_names_its_method():
     with pytest.raises(ValueError, match="method auto chooses by what a generated model says of itself"):
         qddot.solve(adaptive_runs.circle, (0.0, 1.0), [1.0, 0.0], method="auto")
+
+
+N, SPAN = 200, 10.0
+SPRINGS = 1e4 * diags_array([-np.ones(N - 1), 2 * np.ones(N), -np.ones(N - 1)], offsets=[-1, 0, 1])
+DAMPING = {
+    "none": 0.0 * SPRINGS,
+    "light": 1e-6 * SPRINGS,
+    "heavy": 0.1 * SPRINGS,
+    "of one mass": csc_array(([1e6], ([3], [3])), shape=(N, N)),
+    "in air": 0.5 * eye_array(N),
+    "in syrup": 1e5 * eye_array(N),
+}
+
+
+#: Those that decay a hundred times as fast as all that swings.
+STIFF_ONES = {"heavy", "of one mass", "in syrup"}
+
+
+@pytest.mark.parametrize("damping", DAMPING)
+def test_a_few_eigenvalues_tell_of_many_states_what_all_of_them_do(damping):
+    J = csc_array(block_array([[None, eye_array(N)], [-SPRINGS, -DAMPING[damping]]]))
+    (fast, slow), (few, beside) = (
+        _fast_and_slow(rates, SPAN) for rates in (np.linalg.eigvals(J.toarray()), fastest(J))
+    )
+    assert (fast > STIFF * slow) == (few > STIFF * beside) == (damping in STIFF_ONES)
+    assert few == pytest.approx(fast, rel=0.02)
