@@ -1,6 +1,7 @@
 """Constants of the cells of loops: one for each cell, and what stands for them in the loop."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -80,4 +81,4 @@ def spread(
             loop.symbols[symbol] = tuple(assigned(value, telling(value) or "constant_") for value in values)  # type: ignore[index]
         if not homes:
             added.append((fresh(str(symbol)), expression))
-    return tuple(added), Kernel(kernel.reads, kernel.temporaries, kernel.writes, tuple(loops))
+    return tuple(added), replace(kernel, loops=tuple(loops))

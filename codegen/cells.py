@@ -4,15 +4,18 @@ A signature is what an expression does, its skeleton, and the places of the symb
 Rows have it without being compared with each other, so that to find cells costs what it costs to read the rows.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from operator import sub
-from typing import Any
+from itertools import chain
+from operator import itemgetter, sub
+from typing import Any, NamedTuple
 
 import symengine as se
 
 from qddot.codegen.convert import function_name
 from qddot.codegen.nodes import operands
+from qddot.codegen.printer import Printer
+from qddot.codegen.rewrite import leading_number
 
 #: Cells that are written as a loop, at least; rows of one, at most.
 LEAST, LONGEST = 8, 12
@@ -28,8 +31,7 @@ INDEX = "index"
 Place = tuple[str, int]
 
 
-@dataclass(frozen=True)
-class Signature:
+class Signature(NamedTuple):
     """skeleton: equal where two do the same. leaves: places in lists; the skeleton says in which."""
 
     skeleton: int
@@ -37,7 +39,10 @@ class Signature:
 
 
 class Signatures:
-    """Signatures of expressions. places: of symbols. definitions: of temporaries, which are looked through."""
+    """Signatures of expressions. places: of symbols. definitions: of temporaries, which are looked through.
+
+    signs: those of the sums that functions and even powers take, see `sign`.
+    """
 
     def __init__(self, places: Mapping[Any, Place], definitions: Mapping[Any, Any]) -> None:
         self._places = places
@@ -45,6 +50,7 @@ class Signatures:
         self._skeletons: dict[tuple[Any, ...], int] = {}
         self._lists: dict[int, tuple[str, ...]] = {}
         self._known: dict[Any, Signature] = {}
+        self.signs: set[int] = set()
 
     def __call__(self, node: Any) -> Signature:
         """The signature of an expression."""
@@ -62,6 +68,11 @@ class Signatures:
         found = [self.joined("[]", [*(self._at(INDEX, each) for each in index), self(e)]) for index, e in parts]
         return self.joined(head, found)
 
+    def sign(self, total: Any) -> int:
+        """1 where the term of a sum that stands first in its list is subtracted, else -1."""
+        first = min(operands(total), key=lambda term: sorted(self.places(self(term))))
+        return 1 if leading_number(first).is_negative else -1
+
     def is_long(self, node: Any) -> bool:
         """Whether an expression is nothing that repeats; it may stand in rows that do, being the same in all."""
         return bool(operands(node)) and not self(node).leaves
@@ -72,7 +83,9 @@ class Signatures:
             kind = type(node).__name__
             found = list(map(self, parts))
             if kind in _UNORDERED:
-                found.sort(key=lambda each: (each.skeleton, each.leaves))
+                found.sort()
+            if (argument := argument_of(node)) is not None:
+                self.signs.add(self.sign(argument))
             head = function_name(node) if isinstance(node, se.FunctionSymbol) else ""
             return self.joined(f"{kind} {head}", found, node)
         if node in self._places:
@@ -80,23 +93,51 @@ class Signatures:
         if node in self._definitions:
             inside = self(self._definitions[node])
             return inside if inside.leaves else self._at(f"temporary {node}", 0)
-        return self._at(f"symbol {node}", 0) if node.is_Symbol else self._kept(("number", type(node), node), (), ())
+        return self._at(f"symbol {node}", 0) if node.is_Symbol else Signature(self._kept((type(node), node), ()), ())
 
     def _at(self, name: str, place: int) -> Signature:
-        return self._kept(("place", name), (name,), (place,))
+        return Signature(self._kept(("place", name), (name,)), (place,))
 
     def joined(self, head: str, parts: Sequence[Signature], node: Any = None) -> Signature:
         """What does something with these parts; node: what it is."""
-        leaves = tuple(leaf for part in parts for leaf in part.leaves)
+        leaves = tuple(chain.from_iterable([part[1] for part in parts]))
         if node is not None and len(leaves) > _MOST_LEAVES:
-            return self._kept(("long", node), (), ())
-        names = tuple(name for part in parts for name in self._lists[part.skeleton])
-        return self._kept((head, *(part.skeleton for part in parts)), names, leaves)
+            return Signature(self._kept(("long", node), ()), ())
+        skeletons = [part[0] for part in parts]
+        found = self._skeletons.get((head, *skeletons))
+        if found is None:
+            names = chain.from_iterable(self._lists[each] for each in skeletons)
+            found = self._kept((head, *skeletons), tuple(names))
+        return Signature(found, leaves)
 
-    def _kept(self, key: tuple[Any, ...], names: tuple[str, ...], leaves: tuple[int, ...]) -> Signature:
+    def _kept(self, key: tuple[Any, ...], names: tuple[str, ...]) -> int:
+        """A skeleton, known from now on."""
         found = self._skeletons.setdefault(key, len(self._skeletons))
         self._lists.setdefault(found, names)
-        return Signature(found, leaves)
+        return found
+
+
+def argument_of(node: Any) -> Any:
+    """The sum that a function of one argument, or an even power, is of; None of all else."""
+    if isinstance(node, se.Pow):
+        found, exponent = operands(node)
+        even = isinstance(exponent, se.Integer) and int(exponent) % 2 == 0
+    else:
+        even = isinstance(node, se.Function) and not isinstance(node, se.FunctionSymbol) and len(operands(node)) == 1
+        found = operands(node)[0] if even else None
+    return found if even and isinstance(found, se.Add) else None
+
+
+def in_order(terms: Iterable[Any], signatures: Signatures) -> list[Any]:
+    """Expressions that are alike one after the other, by what they hold: the same in every process."""
+    alike: dict[int, list[tuple[list[Place], Any]]] = {}
+    for term in terms:
+        signature = signatures(term)
+        alike.setdefault(signature.skeleton, []).append((sorted(signatures.places(signature)), term))
+    groups = [sorted(group, key=itemgetter(0)) for group in alike.values()]
+    text = Printer({})
+    groups.sort(key=lambda group: (group[0][0], text(group[0][1])))
+    return [term for group in groups for _, term in group]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Parameter-only arithmetic out of the hot kernel, into constants computed once a run."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import symengine as se
@@ -38,7 +39,7 @@ def hoist(
             kept.append((symbol, hoisting.stripped(expression)))
     writes = [(slot, hoisting.stripped(expression)) for slot, expression in kernel.writes]
     reads = kernel.reads | {symbol for symbol, _ in hoisting.assignments}
-    return tuple(hoisting.assignments), Kernel(reads, tuple(kept), tuple(writes), kernel.loops)
+    return tuple(hoisting.assignments), replace(kernel, reads=reads, temporaries=tuple(kept), writes=tuple(writes))
 
 
 class _Hoisting:

@@ -5,19 +5,20 @@ draft; only constants, series and the text have to know how often it stands ther
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain, groupby
-from operator import itemgetter
+from types import MappingProxyType
 from typing import Any
 
 import symengine as se
 
 from qddot.codegen.cell import Cell, names_of
-from qddot.codegen.cells import INDEX, LEAST, Place, Run, Signature, Signatures, runs
+from qddot.codegen.cells import INDEX, LEAST, Place, Run, Signature, Signatures, in_order, runs
 from qddot.codegen.kernel import Assignment, Loop, Slot
+from qddot.codegen.neighbours import kept
 from qddot.codegen.nodes import operands
-from qddot.codegen.printer import Printer
 from qddot.codegen.rewrite import Names, is_call
+from qddot.codegen.signs import with_signs
 
 Write = tuple[Slot, Any]
 #: What counts the cells of a loop is called so where that is free.
@@ -28,12 +29,16 @@ _MORE = 1.05
 
 @dataclass(frozen=True)
 class Folded:
-    """A draft with loops. named: temporaries that stay, in loops as the author named them, or computed before these."""
+    """A draft with loops. named: temporaries that stay, in loops as the author named them, or computed before these.
+
+    kept: symbols of what neighbours share -> the items of arrays that it is kept in.
+    """
 
     temporaries: tuple[Assignment, ...]
     writes: tuple[Write, ...]
     loops: tuple[Loop, ...] = ()
     named: frozenset[Any] = frozenset()
+    kept: Mapping[Any, Slot] = field(default_factory=dict)
 
 
 def fold(
@@ -50,13 +55,23 @@ def fold(
     places: of the symbols that it reads. names: those of loops come from here. author: quantities that have names.
     copies: whether rows that only copy a symbol, or a number, are enough.
     """
-    folding = _Folding(dict(temporaries), places, names, author)
-    rows = [list(row) for _, row in groupby(_opened(writes, folding), key=lambda write: _row_of(write[0]))]
-    folding.write([*chain.from_iterable([[write] for write in row] if row[0][0].adds else [row] for row in rows)])
-    if not folding.loops or not (copies or folding.computes) or folding.calls > _MORE * folding.called(writes):
+    before, after, given = list(temporaries), list(writes), names.copy()
+    found = _Folding(dict(before), places, given.copy(), author)
+    found.fold(after)
+    if len(found.signatures.signs) > 1:
+        before, after = with_signs(before, after, found.signatures, given)
+        found = _Folding(dict(before), places, given.copy(), author)
+        found.fold(after)
+    most = _MORE * found.called(after) if found.calls else 0
+    if found.calls > most:
+        shared = kept(before, after, found.signatures, given)
+        before, after = shared.written(before, after)
+        found = _Folding(dict(before), {**places, **shared.places}, given, author, shared.items)
+        found.fold(after)
+    if not found.loops or not (copies or found.computes) or found.calls > most:
         return Folded(tuple(temporaries), tuple(writes))
-    added = (*temporaries, *folding.temporaries)
-    return Folded(added, tuple(folding.writes), tuple(folding.loops), frozenset(folding.named | folding.apart))
+    names.join(found.names)
+    return found.result()
 
 
 def _row_of(slot: Slot) -> tuple[Any, ...]:
@@ -67,9 +82,10 @@ def _row_of(slot: Slot) -> tuple[Any, ...]:
 def _opened(writes: Iterable[Write], folding: "_Folding") -> Iterator[Write]:
     """The writes, those of long sums that repeat term by term, what is alike in order."""
     for slot, expression in writes:
-        terms = folding.in_order(folding.terms(expression)) if len(slot.index) == 1 else []
-        if any(runs(list(map(folding.signatures, terms)), 1)):
-            yield from ((replace(slot, adds=True), term) for term in terms)
+        terms = folding.terms(expression) if len(slot.index) == 1 else ()
+        ordered = in_order(terms, folding.signatures) if terms else []
+        if any(runs(list(map(folding.signatures, ordered)), 1)):
+            yield from ((replace(slot, adds=True), term) for term in ordered)
         else:
             yield slot, expression
 
@@ -78,9 +94,14 @@ class _Folding:
     """What becomes of one draft. definitions: its temporaries, in order."""
 
     def __init__(
-        self, definitions: Mapping[Any, Any], places: Mapping[Any, Place], names: Names, author: frozenset[Any]
+        self,
+        definitions: Mapping[Any, Any],
+        places: Mapping[Any, Place],
+        names: Names,
+        author: frozenset[Any],
+        kept: Mapping[Any, Slot] = MappingProxyType({}),
     ) -> None:
-        self.definitions, self.names, self.author = definitions, names, author
+        self.definitions, self.names, self.author, self._kept = definitions, names, author, kept
         self.signatures = Signatures(places, definitions)
         self.temporaries: list[Assignment] = []
         self.writes: list[Write] = []
@@ -125,20 +146,18 @@ class _Folding:
                 return tuple(rest * term for term in operands(long[0]))
         return parts if isinstance(expression, se.Add) and len(parts) >= LEAST else ()
 
-    def in_order(self, terms: Iterable[Any]) -> list[Any]:
-        """Terms that are alike one after the other, by what they hold: the same in every process."""
-        alike: dict[int, list[tuple[list[Place], Any]]] = {}
-        for term in terms:
-            signature = self.signatures(term)
-            alike.setdefault(signature.skeleton, []).append((sorted(self.signatures.places(signature)), term))
-        groups = [sorted(group, key=itemgetter(0)) for group in alike.values()]
-        text = Printer({})
-        return [
-            term for group in sorted(groups, key=lambda group: (group[0][0], text(group[0][1]))) for _, term in group
-        ]
+    def fold(self, writes: Iterable[Write]) -> None:
+        """Write what is written, what repeats once."""
+        rows = [list(row) for _, row in groupby(_opened(writes, self), key=lambda write: _row_of(write[0]))]
+        self._write([*chain.from_iterable([[write] for write in row] if row[0][0].adds else [row] for row in rows)])
 
-    def write(self, rows: Sequence[Sequence[Write]]) -> None:
-        """Write rows, what repeats once."""
+    def result(self) -> Folded:
+        """What has become of the draft."""
+        temporaries = (*self.definitions.items(), *self.temporaries)
+        staying = frozenset(self.named | self.apart)
+        return Folded(temporaries, tuple(self.writes), tuple(self.loops), staying, self._kept)
+
+    def _write(self, rows: Sequence[Sequence[Write]]) -> None:
         signed = [self.signatures.row(row[0][0].argument, [(slot.index, e) for slot, e in row]) for row in rows]
         at = 0
         for run in runs(signed):

@@ -1,7 +1,8 @@
 """`Kernel`: the one small value between mathematics and text."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -49,10 +50,6 @@ class Loop:
     count: int
     symbols: Mapping[Any, tuple[Any, ...]]
 
-    def with_symbols(self, symbols: Mapping[Any, tuple[Any, ...]]) -> "Loop":
-        """The same with other symbols."""
-        return Loop(self.counter, self.count, symbols)
-
 
 @dataclass(frozen=True)
 class Kernel:
@@ -60,16 +57,18 @@ class Kernel:
 
     reads: the symbols it may read. temporaries: (symbol, expression), each in reads and earlier temporaries.
     writes: (slot, expression), in index order. Expressions are SymEngine's. loops: parts that are done for many cells;
-    what holds a symbol that stands for those of cells, if by way of temporaries, belongs to its loop.
+    what holds a symbol that stands for those of cells, if by way of temporaries, belongs to its loop. kept: symbols
+    that are read from arrays of its own, which it writes first -> their items.
     """
 
     reads: frozenset[Any]
     temporaries: tuple[Assignment, ...]
     writes: tuple[tuple[Slot, Any], ...]
     loops: tuple[Loop, ...] = ()
+    kept: Mapping[Any, Slot] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        known = set(self.reads).union(*(loop.symbols for loop in self.loops))
+        known = set(self.reads).union(self.kept, *(loop.symbols for loop in self.loops))
         for symbol, expression in self.temporaries:
             if symbol in known:
                 raise KernelError(f"{symbol} is assigned twice")
@@ -126,14 +125,15 @@ class Kernel:
     def replace(self, temporaries: Iterable[Assignment], writes: Iterable[tuple[Slot, Any]]) -> "Kernel":
         """The same reads with other assignments, unchecked: `checked` follows at the end of a chain of rules."""
         kernel = object.__new__(Kernel)
-        parts = {"reads": self.reads, "temporaries": tuple(temporaries), "writes": tuple(writes), "loops": self.loops}
-        for name, value in parts.items():
+        parts = {"temporaries": tuple(temporaries), "writes": tuple(writes)}
+        same = {"reads": self.reads, "loops": self.loops, "kept": self.kept}
+        for name, value in (parts | same).items():
             object.__setattr__(kernel, name, value)
         return kernel
 
     def checked(self) -> "Kernel":
         """The same kernel, after the check for single assignment form."""
-        return Kernel(self.reads, self.temporaries, self.writes, self.loops)
+        return replace(self)
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
         """What the kernel writes, as slot text -> number, computed slowly from the names of its reads: the truth.
@@ -141,26 +141,39 @@ class Kernel:
         Raises KernelError where a read that is used has no value.
         """
         known = {symbol: values[str(symbol)] for symbol in self.reads & self.used if str(symbol) in values}
-        self._assign(known, None)
         found: dict[str, float] = {}
-        for slot, expression in self.writes:
-            if slot.loop is None:
-                found[str(slot)] = number(expression, known)
-        for k, loop in enumerate(self.loops):
-            writes = [(slot, self.indices(slot), e) for slot, e in self.writes if slot.loop == k]
-            for cell in range(loop.count):
-                inside = {each: known[column[cell]] for each, column in loop.symbols.items() if column[cell] in known}
-                inside |= known
-                self._assign(inside, k)
-                for slot, indices, expression in writes:
-                    item = str(Slot(slot.argument, indices[cell]))
-                    found[item] = number(expression, inside) + (found[item] if slot.adds else 0.0)
-        return found
+        items = {str(slot): symbol for symbol, slot in self.kept.items()}
+        for first in (True, False):
+            self._assign(known, None)
+            for k in (None, *range(len(self.loops))):
+                writes = [write for write in self.writes if write[0].loop == k]
+                now = [write for write in writes if (write[0].argument in self.arrays) is first]
+                self._evaluate(now, k, known, found)
+            known |= {symbol: found[item] for item, symbol in items.items()}
+        return {item: value for item, value in found.items() if item not in items}
+
+    @cached_property
+    def arrays(self) -> Mapping[str, int]:
+        """The arrays of its own that values are kept in, and their lengths."""
+        return Counter(slot.argument for slot in self.kept.values())
+
+    def _evaluate(
+        self, writes: Sequence[tuple[Slot, Any]], loop: int | None, known: Mapping[Any, float], found: dict[str, float]
+    ) -> None:
+        """Compute what is written in a loop, or in none."""
+        columns = self.loops[loop].symbols if loop is not None else {}
+        for cell in range(self.loops[loop].count if loop is not None and writes else bool(writes)):
+            standing = {each: known[column[cell]] for each, column in columns.items() if column[cell] in known}
+            inside = {**known, **standing}
+            self._assign(inside, loop)
+            for slot, expression in writes:
+                item = str(Slot(slot.argument, self.indices(slot)[cell]))
+                found[item] = number(expression, inside) + (found[item] if slot.adds else 0.0)
 
     def _assign(self, known: dict[Any, float], loop: int | None) -> None:
-        """Compute the temporaries of a loop, or those of none."""
+        """Compute the temporaries of a loop, or those of none, as far as what they need is known."""
         for symbol, expression in self.temporaries:
-            if self.homes.get(symbol) == loop:
+            if self.homes.get(symbol) == loop and symbols_of(expression) <= known.keys():
                 known[symbol] = number(expression, known)
 
 

@@ -162,7 +162,7 @@ class _Lowering:
             known |= {expression: symbol for expression, (symbol, _) in constants.items()}
             loops.append(replace(loop, symbols={**loop.symbols, **dict(constants.values())}))
         author = self.author | found.named
-        kernel = Kernel(reads, found.temporaries, found.writes, tuple(loops))
+        kernel = Kernel(reads, found.temporaries, found.writes, tuple(loops), found.kept)
         kernel = inline(prune(kernel), author, self.derivatives)
         if loops:  # what stands for symbols in them means something else in every kernel
             return optimize(kernel, author, known, names)

@@ -144,7 +144,7 @@ def _with_column(slot: Slot, kernel: Kernel, columns: Mapping[int, int]) -> Slot
 def check_even(program: Program) -> None:
     """UnevenError where what stands for symbols in a loop does not stand equally far apart."""
     for name, kernel in program.kernels.items():
-        slots = program.slots_of(name)
+        slots = {**program.slots_of(name), **kernel.kept}
         for loop in kernel.loops:
             for each in kernel.held & loop.symbols.keys():
                 _even([slots[symbol].index[0] for symbol in loop.symbols[each]])

@@ -1,6 +1,7 @@
 """Series of the cells of loops: the rows of the first one, then those of all."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from qddot.codegen.kernel import Kernel
@@ -21,8 +22,8 @@ def with_rates(kernel: Kernel, rates: Mapping[Any, Any], names: Names) -> tuple[
                     by_column[of_rates] = names.fresh(f"rate_of_{symbol}")
                     standing[by_column[of_rates]] = of_rates
                 found[symbol] = by_column[of_rates]
-        loops.append(loop.with_symbols(standing))
-    return Kernel(kernel.reads, kernel.temporaries, kernel.writes, tuple(loops)), found
+        loops.append(replace(loop, symbols=standing))
+    return replace(kernel, loops=tuple(loops)), found
 
 
 class Cells:
@@ -40,6 +41,10 @@ class Cells:
         forms = [(slot, table.form(value)) for slot, value in self._kernel.writes if slot.loop is not None]
         nodes = [(slot, table.linear(form)) for slot, form in forms]
         self._find_homes(table)
+        whole = [(slot, node) for slot, node in nodes if slot.argument in self._kernel.arrays and slot.index == (0,)]
+        self._bases |= {
+            node: slot.argument for slot, node in whole if node in self._homes.keys() - self._columns.keys()
+        }
         rows = dict(table.rows)
         table.rows.clear()
         for name, row in rows.items():
@@ -51,6 +56,10 @@ class Cells:
                 form = alone(self._of_cell(node, cell))
                 written = writes.get((slot.argument, index), {}) if slot.adds else {}
                 writes[slot.argument, index] = added([written, form])
+        for symbol, slot in self._kernel.kept.items():
+            node = table.linear(writes.pop(slot.item))
+            if node != str(symbol):
+                table.rows[str(symbol)] = ("linear", "1", node)
 
     def _find_homes(self, table: Recurrences) -> None:
         """Which rows belong to loops: those made of what does; some stand before what they are made of."""

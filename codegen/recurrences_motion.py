@@ -23,7 +23,7 @@ def recurrences(
     if equations.constraints:
         return (), "motion under constraints"
     kernel = _free(kernels.get("balance", kernels["rhs"]), equations)
-    standing = (each for loop in kernel.loops for each in loop.symbols)
+    standing = (*kernel.kept, *(each for loop in kernel.loops for each in loop.symbols))
     taken = (*equations.state, *equations.accelerations, *equations.channels)
     names = Names(map(str, (*taken, equations.time, *constants, *(s for s, _ in kernel.temporaries), *standing)))
     rates = dict(zip(equations.coordinates, equations.velocities, strict=True))

@@ -186,5 +186,7 @@ def rank(program: Program, kernel: Kernel, name: str = "rhs") -> dict[Any, int]:
     rank: dict[Any, int] = {}
     for symbol in order:
         rank.setdefault(symbol, len(rank))
+    for symbol in kernel.kept:
+        rank[symbol] = len(rank)
     first = {each: column[0] for loop in kernel.loops for each, column in loop.symbols.items()}
     return rank | {each: rank[symbol] for each, symbol in first.items() if symbol in rank}

@@ -201,6 +201,10 @@ class Names:
     def __contains__(self, symbol: Any) -> bool:
         return str(symbol) in self._taken
 
+    def join(self, others: "Names") -> None:
+        """Have the names that others have given, too."""
+        self._taken |= others._taken
+
     def copy(self, others: Iterable[Any] = ()) -> "Names":
         """Names for a room of its own, that has these others: what is given there does not count here."""
         return Names((*self._taken, *others))

@@ -17,7 +17,7 @@ def system(n: int = 10) -> System:
     m, k, c, w, wdot = symbols("m k c w wdot")
     half = Rational(1, 2)
     left, left_rate = (w, *q[:-1]), (wdot, *qdot[:-1])
-    places = [_place(i, displacement) for i, displacement in enumerate((w, *q))]
+    places = [_place(i, displacement) for i, displacement in enumerate((w, *q[:DRAWN]))]
     links = list(pairwise(places))
     return System(
         name="chain" if n == 10 else f"chain_{n}",

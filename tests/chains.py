@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 from hypothesis import strategies as st
-from sympy import Rational, Symbol, cos, tanh
+from sympy import Rational, Symbol, cos, exp, tanh
 
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, State, System
 
@@ -21,6 +21,7 @@ class Kind:
     interleaved: bool = False
     second: bool = False
     cubic: bool = False
+    coupling: str = ""
     ground: str = ""
     hub: bool = False
     named: bool = False
@@ -34,8 +35,10 @@ kinds = st.builds(
     n=st.integers(9, 30),
     odd=st.frozensets(st.integers(0, 29), max_size=2),
     ground=st.sampled_from(["", "cos", "tanh", "quotient"]),
+    coupling=st.sampled_from(["", "exp", "cos"]),
     **dict.fromkeys(
-        ("own", "two", "interleaved", "second", "cubic", "hub", "named", "states", "inputs", "reversed"), st.booleans()
+        ("own", "two", "interleaved", "second", "cubic", "hub", "named", "states", "inputs", "reversed"),
+        st.booleans(),
     ),
 )
 
@@ -79,6 +82,10 @@ def system(kind: Kind, name: str = "row") -> System:  # noqa: PLR0912 - a branch
             dissipation.append(HALF * parameter("c") * rate**2)
             if kind.cubic:
                 potential.append(parameter("b", i) * stretch**4 / 4)
+            if kind.coupling == "exp":
+                potential.append(parameter("l", i) * (exp(-stretch) + stretch))
+            elif kind.coupling == "cos":
+                potential.append(-parameter("l", i) * cos(stretch))
             if kind.second and i > 1:
                 potential.append(HALF * parameter("d") * (q[i] - q[i - 2]) ** 2)
             if kind.ground == "cos":

@@ -91,6 +91,8 @@ def first_rates(found, x, u, constants):
 @settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(kind=kinds)
 @example(kind=Kind(20))
+@example(kind=Kind(20, coupling="exp", odd=frozenset((9,)), named=True))
+@example(kind=Kind(20, coupling="cos", own=True))
 @example(kind=Kind(20, own=True, odd=frozenset((7,)), second=True, hub=True, named=True, states=True))
 @example(kind=Kind(20, two=True, interleaved=True, own=True, ground="cos", cubic=True, inputs=True))
 def test_loops_give_what_the_form_written_out_gives(kind, tmp_path):
@@ -123,7 +125,7 @@ def test_names_that_loops_would_use_may_be_the_authors(tmp_path):
 
 
 #: Of each kind of thing something, and an odd cell in the middle.
-RICH = Kind(24, odd=frozenset((11,)), own=True, cubic=True, ground="cos", named=True, states=True)
+RICH = Kind(24, odd=frozenset((11,)), own=True, coupling="exp", ground="cos", named=True, states=True)
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +137,8 @@ def both(tmp_path_factory):
         path = folder / f"row_{folds}.py"
         path.write_text(module(lower(derive(system(RICH, path.stem)), folds=folds), "test.py", ()))
         found.append(qddot.load(path))
-    assert ["for i in range" in Path(each.module.__file__).read_text() for each in found] == [True, False]
+    texts = [Path(each.module.__file__).read_text() for each in found]
+    assert [("for i in range" in text, "shared = [0.0] *" in text) for text in texts] == [(True, True), (False, False)]
     return found
 
 
@@ -170,3 +173,18 @@ def test_lanes_of_loops_are_runs_alone(both):
 def test_the_file_of_a_chain_does_not_grow_with_it():
     sizes = [len(artefacts(chain.system(n), "chain.py")[f"chain_{n}.py"]) for n in (100, 400)]
     assert sizes[1] < 1.05 * sizes[0] < 10_000
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {"coupling": "cos", "own": True},
+        {"coupling": "exp", "named": True, "cubic": True},
+        {"two": True, "interleaved": True, "second": True, "states": True, "inputs": True, "ground": "tanh"},
+        {"reversed": True, "odd": frozenset((5,)), "ground": "cos"},
+    ],
+    ids=str,
+)
+def test_files_of_all_kinds_of_chains_do_not_grow_with_them(kind, tmp_path):
+    sizes = [len(module(lower(derive(system(Kind(n, **kind)))), "test.py", ())) for n in (30, 130)]
+    assert sizes[1] < 1.06 * sizes[0] < 25_000

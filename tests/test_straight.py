@@ -106,12 +106,16 @@ values[5] = math.pow(a, 2.5) - math.pi
 
 
 LOOPS = """
+kept = [0.0] * 2
 values[0] = 0.5
+for k in range(2):
+    kept[k] = math.exp(state[k])
+kept_1 = kept[1]
 for i in range(2):
     a_i, a_i_plus_1 = state[i], state[1 - i]
     b_i = a_i * constants[i]
     values[0] = values[0] + b_i * a_i_plus_1
-    values[2 * i + 1] = a_i - b_i
+    values[2 * i + 1] = a_i - b_i * kept[i] + kept_1
     values[4 - 2 * i] = b_i
 for j in range(3):
     values[j + 5] = state[j]

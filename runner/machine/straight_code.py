@@ -12,13 +12,14 @@ from numba.core import cgutils
 from numba.core.typing import signature
 from numba.np.arrayobj import make_array
 
-from qddot.runner.machine.straight_parts import SHORT, WHOLE, Run, expressions, runs
+from qddot.runner.machine.straight_parts import SHORT, WHOLE, Run, expressions, room, runs
 from qddot.runner.machine.straight_tables import Loop, Table, tables
 
 #: The numba type of a value, and the value.
 Typed = tuple[Any, Any]
 
 _DOUBLE, _WORD, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+_PLACES = types.CPointer(types.float64)
 _ARITHMETIC: dict[type, str] = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _WHOLE_ARITHMETIC: dict[type, str] = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
 _RELATIONS: dict[type, str] = {
@@ -39,13 +40,22 @@ def check(function: ast.FunctionDef, names: Mapping[str, Any]) -> None:
         if not all(_is_simple(each) for each in inner):
             raise StrayError
         within = [statement] if inner == [statement] else [statement, *inner]
-        nodes = [node for each in within for node in expressions(each)[1:]]
+        nodes = [node for each in within for node in _nodes(each)]
         stored = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
         own = {node.id for node in stored}
         before = known | own if isinstance(statement, ast.For) else known
         if not all(_is_possible(node, before, names) for node in nodes if node not in stored):
             raise StrayError
         known |= own
+
+
+def _nodes(statement: Any) -> list[Any]:
+    """All expressions of a statement; of an array of its own the name alone."""
+    return (
+        list(statement.targets)
+        if isinstance(statement, ast.Assign) and room(statement.value)
+        else expressions(statement)[1:]
+    )
 
 
 def _is_counted(loop: ast.For) -> bool:
@@ -186,6 +196,9 @@ class StraightCode:
             self.run(loop.body)
 
     def _assign(self, target: ast.expr, value: ast.expr) -> None:
+        if isinstance(target, ast.Name) and (length := room(value)):
+            self.name(target.id, (_PLACES, cgutils.alloca_once(self._builder, _DOUBLE, size=_WORD(length))))
+            return
         if not isinstance(target, ast.Tuple):
             self.store(target, self._typed(value))
             return

@@ -45,6 +45,15 @@ def runs(body: Sequence[ast.stmt], names: Mapping[str, Any]) -> list[Run]:
     return found
 
 
+def room(value: ast.expr) -> int:
+    """How many numbers an array of a function's own has, `[0.0] * 9`; 0 of all else."""
+    if not (isinstance(value, ast.BinOp) and isinstance(value.op, ast.Mult) and isinstance(value.left, ast.List)):
+        return 0
+    one, length = value.left.elts, value.right
+    zero = len(one) == 1 and isinstance(one[0], ast.Constant) and one[0].value == 0.0
+    return length.value if zero and isinstance(length, ast.Constant) and type(length.value) is int else 0
+
+
 def expressions(node: ast.AST) -> list[Any]:
     """All expressions within one, itself too; `ast.walk` takes four times as long."""
     found = [node]
@@ -62,7 +71,7 @@ def expressions(node: ast.AST) -> list[Any]:
 def _is_plain(node: ast.AST, names: Mapping[str, Any]) -> bool:
     """Whether a node calls nothing, or a plain function of `math`: what may fail has to tell the whole function."""
     if isinstance(node, ast.BinOp):
-        return not isinstance(node.op, ast.Pow)
+        return not isinstance(node.op, ast.Pow) and not isinstance(node.left, ast.List)
     if not isinstance(node, ast.Call):
         return True
     return names.get("math") is math and isinstance(node.func, ast.Attribute) and node.func.attr in _PLAIN
