@@ -17,7 +17,7 @@ from qddot.codegen.nodes import forget
 from qddot.codegen.program import Program, UnevenError, check_even, laid_out
 from qddot.codegen.ranges import kind, numbers
 from qddot.codegen.rewrite import Names
-from qddot.codegen.rules import collect, flatten, folded, front, inline, prune, pythagoras, simplify
+from qddot.codegen.rules import collect, flatten, front, inline, prune, pythagoras, simplify, with_constants
 from qddot.codegen.sharing import share
 from qddot.codegen.skeleton import reserved, taken
 from qddot.codegen.zeros import Point, without_zeros
@@ -202,4 +202,4 @@ def optimize(
         kernel = inline(prune(fewer), author)
     kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect, front), memo)
     kernel = inline(share(kernel, names, known), author)
-    return prune(simplify(kernel, (folded(known),))).checked()
+    return prune(with_constants(kernel, known)).checked()

@@ -34,7 +34,7 @@ def rewrite(expression: Any, change: Change, memo: dict[Any, Any]) -> Any:
     if not before:
         return expression
     after = [rewrite(part, change, memo) for part in before]
-    same = all(old is new or old == new for old, new in zip(before, after, strict=True))
+    same = before == tuple(after)
     found = memo[expression] = change(expression if same else rebuild(expression, after))
     return found
 
@@ -165,7 +165,8 @@ def without(term: Any, factor: Any) -> Any:
     """A term without one of its `factors`; dividing would leave x**(y - 1 - (y - 1)), which SymEngine keeps."""
     if term is factor:
         return ONE
-    return se.Mul(*(part for part in operands(term) if part is not factor))
+    rest = [part for part in operands(term) if part is not factor]
+    return se.Mul(*rest) if len(rest) > 1 else rest[0]
 
 
 @remembered

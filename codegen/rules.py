@@ -1,7 +1,6 @@
 """Rules that keep the values and save operations: some Kernel -> Kernel, some local, node -> node."""
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from itertools import chain
 from typing import Any
 
@@ -49,7 +48,8 @@ def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozense
     """
     if not kernel.temporaries:
         return kernel
-    single = _single(kernel.expressions)
+    short = (symbol for symbol, expression in kernel.temporaries if operations(expression) <= _SHORT)
+    single = _single(kernel.expressions, {*short, *mere} - keep)
     values: dict[Any, Any] = {}
     kept: list[Assignment] = []
 
@@ -120,17 +120,22 @@ def collect(node: Any) -> Any:
     if not isinstance(node, se.Add):
         return node
     left = {term: factors(term) for term in operands(node)}
-    counts = Counter(chain.from_iterable(left.values()))
-    taken: list[Any] = []
-    while (most := max(counts.values(), default=0)) > 1:
-        often = [factor for factor, count in counts.items() if count == most]
-        factor = min(often, key=lambda f: (-operations(f), str(f))) if len(often) > 1 else often[0]
-        holding = [term for term, parts in left.items() if any(part is factor for part in parts)]
-        taken.append(factor * front(collect(se.Add(*(without(term, factor) for term in holding)))))
-        for part in chain.from_iterable(map(left.pop, holding)):
-            counts[part] -= 1
-    if not taken:
+    flat = list(chain.from_iterable(left.values()))
+    if len(set(flat)) == len(flat):
         return node
+    holders: dict[Any, dict[Any, None]] = {factor: {} for factor in flat}
+    for term, parts in left.items():
+        for part in parts:
+            holders[part][term] = None
+    taken: list[Any] = []
+    while (most := max(map(len, holders.values()))) > 1:
+        often = [factor for factor, terms in holders.items() if len(terms) == most]
+        factor = min(often, key=lambda f: (-operations(f), str(f))) if len(often) > 1 else often[0]
+        holding = list(holders[factor])
+        taken.append(factor * front(collect(se.Add(*(without(term, factor) for term in holding)))))
+        for term in holding:
+            for part in left.pop(term):
+                del holders[part][term]
     rest = se.Add(*left)
     for each in reversed(taken):
         rest = se.Add(rest, each)
@@ -160,9 +165,40 @@ def _multiplications(numbers: Sequence[Any]) -> int:
     return sum(number not in (ONE, MINUS_ONE) for number in numbers)
 
 
+def with_constants(kernel: Kernel, known: Mapping[Any, Any]) -> Kernel:
+    """Let what is `folded` take the place of all that it may; most expressions hold none of its numbers."""
+    numbers, change, memo = _numbers_before_symbols(known), folded(known), dict[Any, Any]()
+
+    def settle(expression: Any) -> Any:
+        return rewrite(expression, change, memo) if _leads(expression, numbers) else expression
+
+    if not numbers:
+        return kernel
+    return kernel.replace(
+        [(symbol, settle(expression)) for symbol, expression in kernel.temporaries],
+        [(slot, settle(expression)) for slot, expression in kernel.writes],
+    )
+
+
+def _numbers_before_symbols(known: Mapping[Any, Any]) -> set[Any]:
+    return {number for number, rest in map(split_number, known) if rest.is_Symbol and number != ONE}
+
+
+def _leads(expression: Any, numbers: Set[Any]) -> bool:
+    """Whether a product in an expression has one of these numbers in front, or its opposite."""
+    waiting = [expression]
+    while waiting:
+        node = waiting.pop()
+        number = leading_number(node) if isinstance(node, se.Mul) else ONE
+        if number is not ONE and (number in numbers or -number in numbers):
+            return True
+        waiting += operands(node)
+    return False
+
+
 def folded(known: Mapping[Any, Any]) -> Change:
     """What replaces a number times a symbol, within a product, by the symbol that is known to have this value."""
-    numbers = {number for number, rest in map(split_number, known) if rest.is_Symbol and number != ONE}
+    numbers = _numbers_before_symbols(known)
 
     def change(node: Any) -> Any:
         number = leading_number(node) if isinstance(node, se.Mul) else ONE
@@ -175,21 +211,17 @@ def folded(known: Mapping[Any, Any]) -> Change:
     return change
 
 
-def _single(parts: Iterable[Any]) -> frozenset[Any]:
-    """The symbols that stand in only one of these expressions, and there once as it is written out."""
+def _single(expressions: Iterable[Any], wanted: set[Any]) -> set[Any]:
+    """Which of the wanted symbols stand in only one of these expressions, and there once as it is written out."""
     met, again = set[Any](), set[Any]()
-    for part in parts:
-        held, once = symbols_of(part), _once(part)
-        again |= met & held
-        if once is not held:
-            again |= held - once
-        met |= held
-    return frozenset(met - again)
-
-
-@remembered
-def _once(node: Any) -> frozenset[Any]:
-    """The symbols that stand in an expression once as it is written out; all of them are `symbols_of` it itself."""
-    held, parts = symbols_of(node), operands(node)
-    found = frozenset[Any]() if is_square(node) else _single(parts) if parts else held
-    return held if len(found) == len(held) else found
+    waiting = list(expressions) if wanted else []
+    while waiting:
+        node = waiting.pop()
+        if wanted.isdisjoint(symbols_of(node)):
+            continue
+        if node in met or is_square(node):
+            again |= symbols_of(node)
+        else:
+            met.add(node)
+            waiting += operands(node)
+    return wanted & met - again

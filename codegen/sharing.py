@@ -77,17 +77,18 @@ class _Sharing:
 
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
-        _, node = self.split(expression)
-        if not operands(node) or node in self.parts:
-            return
-        if isinstance(node, se.Add):
-            self.parts[node] = {rest: number for number, rest in map(self.split, operands(node))}
-        elif isinstance(node, se.Mul):
-            self.parts[node] = dict.fromkeys(operands(node), ONE)
-        else:
-            self.parts[node] = {}
-        for child in self.children(node):
-            self.survey(child)
+        waiting = [expression]
+        while waiting:
+            _, node = self.split(waiting.pop())
+            if not operands(node) or node in self.parts:
+                continue
+            if isinstance(node, se.Add):
+                self.parts[node] = {rest: number for number, rest in map(self.split, operands(node))}
+            elif isinstance(node, se.Mul):
+                self.parts[node] = dict.fromkeys(operands(node), ONE)
+            else:
+                self.parts[node] = {}
+            waiting += reversed(list(self.children(node)))
 
     def give(self, expression: Any, symbol: Any) -> None:
         """Let a sum or product be known by a symbol."""
@@ -177,24 +178,24 @@ class _Sharing:
         """An expression in terms of temporaries; those not yet assigned are appended to `out`."""
         number, node = self.split(expression)
         if node in self.symbols:
-            return number * self.symbols[node]
+            return _times(number, self.symbols[node])
         if not operands(node) and node not in self.common:
             return expression
         value = self._build(node, out)
         if value in self.values:
-            return number * self.values[value]
+            return _times(number, self.values[value])
         if wish is not None and number == ONE:
             self._name(node, value, wish)  # the temporary that is being assigned serves as the name
             return value
-        sign = 1
+        sign = ONE
         if isinstance(value, se.Add) and all(leading_number(term).is_negative for term in operands(value)):
-            sign, value = -1, opposite(value)
+            sign, value = MINUS_ONE, opposite(value)
         if self.uses[node] > 1 and not is_signed_symbol(value) and not is_condition(value):
             symbol = self.names.fresh(_wish(value))
             out.append((symbol, value))
             self._name(node, value, symbol)
-            self.symbols[node], value = sign * symbol, symbol
-        return sign * number * value
+            self.symbols[node], value = _times(sign, symbol), symbol
+        return _times(sign, _times(number, value))
 
     def _name(self, node: Any, value: Any, symbol: Any) -> None:
         self.symbols[node] = self.values[value] = symbol
@@ -204,9 +205,14 @@ class _Sharing:
     def _build(self, node: Any, out: list[Assignment]) -> Any:
         kind, parts = self.common.get(node) or (type(node), self.parts.get(node))
         if parts:
-            terms = [number * self.emit(part, out) for part, number in parts.items()]
+            terms = [_times(number, self.emit(part, out)) for part, number in parts.items()]
             return se.Mul(*terms) if issubclass(kind, se.Mul) else se.Add(*terms)
         return rebuild(node, [part if is_number(part) else self.emit(part, out) for part in operands(node)])
+
+
+def _times(number: Any, value: Any) -> Any:
+    """A product, for which SymEngine need not be asked where the number is one."""
+    return value if number is ONE else number * value
 
 
 def _wish(value: Any) -> str:

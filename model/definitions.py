@@ -65,10 +65,15 @@ def in_order(known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
 
 def time_derivative(expression: Expr, rates: Mapping[Symbol, Expr]) -> Expr:
     """d/dt of an expression in t and in what has `rates`, by the chain rule."""
-    expression = cases(expression)
-    total = expression.diff(t)
-    for symbol in sorted(expression.free_symbols & rates.keys(), key=str):
-        total += expression.diff(symbol) * rates[symbol]
+    terms = Add.make_args(cases(expression))
+    held = [term.free_symbols for term in terms]
+
+    def derivative(symbol: Symbol) -> Expr:
+        return Add(*(term.diff(symbol) for term, symbols in zip(terms, held, strict=True) if symbol in symbols))
+
+    total = derivative(t)
+    for symbol in sorted(set().union(*held) & rates.keys(), key=str):
+        total += derivative(symbol) * rates[symbol]
     return total
 
 
