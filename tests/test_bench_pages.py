@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -38,7 +39,10 @@ def test_every_group_was_measured_and_none_failed(measured):
 
 
 def test_every_method_and_case_of_the_contests_was_measured(measured, tmp_path):
-    titles = {f"{title}, error {wanted:g}" for title, _, wanted in single_run._cases(tmp_path)}
+    titles = {
+        f"{title}, error {wanted:g}"
+        for title, _, wanted in chain(single_run._cases(tmp_path), single_run._large_cases(tmp_path))
+    }
     assert {table.title for table in measured.groups["single_run"]} == titles, AGAIN
     told = {row.name for table in measured.groups["single_run"] for row in table.rows}
     assert {f"qddot {name}" for name in single_run.METHODS} <= told, AGAIN

@@ -102,6 +102,7 @@ def test_a_tool_that_is_missing_or_fails_is_named_with_its_reason(swing, monkeyp
     rows = {row.name: row for row in at_equal_error(contenders, swing, 1e-7, 1)}
     assert math.isfinite(rows["qddot"].least)
     assert "does not take part: ModuleNotFoundError" in rows["heyoka"].note
+    assert rows["heyoka"].note.endswith(": pip install heyoka")
     assert "does not take part: RuntimeError: error 1" in rows["wrong"].note
 
 
