@@ -5,6 +5,7 @@ import shutil
 import stat
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -176,8 +177,9 @@ def test_compiled_code_that_a_full_disk_does_not_take_is_used_all_the_same(monke
     monkeypatch.setattr(FunctionCache, "save_overload", full)
     cache = _Cache.__new__(_Cache)
     cache._cache_path = "/somewhere"
-    cache.save_overload(None, None)
-    cache.save_overload(None, None)
+    compiled = SimpleNamespace(_replace=lambda **_: None)
+    cache.save_overload(None, compiled)
+    cache.save_overload(None, compiled)
     assert capfd.readouterr().err == "note: compiled code is not kept in /somewhere: No space left on device\n"
 
 
