@@ -90,10 +90,12 @@ def _rates(model: "Model", problem: Problem) -> np.ndarray:
     inputs, t = problem.inputs, float(problem.t0)
     u = np.zeros(max(1, len(inputs.first)))
     evaluate(inputs, reader_for(inputs), t, t, len(inputs.first), u)
-    J = sparse_matrix(model.matrix("jacobian"), t, np.array(problem.initial_state), u, problem.constants)
-    if not np.isfinite(J.data).all():
-        return np.zeros(1)
-    return np.linalg.eigvals(J.toarray()) if len(model.state_names) < LARGE else fastest(J)
+    matrix, point = model.matrix("jacobian"), (t, np.array(problem.initial_state), u, problem.constants)
+    if len(model.state_names) < LARGE:
+        J = matrix(*point)
+        return np.linalg.eigvals(J) if np.isfinite(J).all() else np.zeros(1)
+    sparse = sparse_matrix(matrix, *point)
+    return fastest(sparse) if np.isfinite(sparse.data).all() else np.zeros(1)
 
 
 def _fast_and_slow(rates: np.ndarray, span: float) -> tuple[float, float]:

@@ -106,9 +106,9 @@ class Log:
 
     def _hand_over(self) -> None:
         """Hand over the pieces that are written down, where pieces are."""
-        if self.recorder is not None and (points := self.used.saved) > 0:
-            t, x = (self.arrays[name][:points].copy() for name in POINTS)
-            count = int(self.record["refine"]) + 1
+        if self.recorder is not None and (used := self.used).saved > 0:
+            t, x = (self.arrays[name][: used.saved].copy() for name in POINTS)
+            count = used.refine + 1
             self.recorder.take(t.reshape(-1, count), x.reshape(-1, count, x.shape[1]))
             self.record["saved"] = 0
 
