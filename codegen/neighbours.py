@@ -13,7 +13,6 @@ from qddot.codegen.cells import Place, Signatures, in_order, runs
 from qddot.codegen.kernel import Assignment, Slot
 from qddot.codegen.nodes import operands
 from qddot.codegen.rewrite import Names, is_call, replaced
-from qddot.codegen.symbols import named
 
 Write = tuple[Slot, Any]
 
@@ -62,7 +61,7 @@ def kept(temporaries: Sequence[Assignment], writes: Sequence[Write], signatures:
         if any(run.steps[0]) and 2 * sum(rows[node] > 1 for node in nodes) >= len(nodes):
             array = _array(names, len(nodes))
             for k, node in enumerate(nodes):
-                found.nodes[node] = symbol = named(f"{array}_{k + 1}")
+                found.nodes[node] = symbol = names.fresh(f"{array}_{k + 1}")
                 found.items[symbol] = Slot(array, (k,))
     return found
 

@@ -93,6 +93,7 @@ def first_rates(found, x, u, constants):
 @example(kind=Kind(20))
 @example(kind=Kind(20, coupling="exp", odd=frozenset((9,)), named=True))
 @example(kind=Kind(20, coupling="cos", own=True))
+@example(kind=Kind(12, coupling="exp", two=True, second=True))
 @example(kind=Kind(20, own=True, odd=frozenset((7,)), second=True, hub=True, named=True, states=True))
 @example(kind=Kind(20, two=True, interleaved=True, own=True, ground="cos", cubic=True, inputs=True))
 def test_loops_give_what_the_form_written_out_gives(kind, tmp_path):

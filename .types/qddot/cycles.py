@@ -1,0 +1,1 @@
+../../qddot/cycles.py
