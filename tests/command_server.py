@@ -1,5 +1,6 @@
 """A process that has loaded what commands load, and forks one for each command that it is sent: see `commands`."""
 
+import atexit
 import gc
 import importlib
 import json
@@ -66,9 +67,29 @@ def _serve() -> str:
     raise SystemExit
 
 
+def _ended(code: str) -> int:
+    """Run the forked process's code as its main module, and say with which status it ends."""
+    try:
+        exec(code, {"__name__": "__main__"})
+    except SystemExit as ended:
+        if ended.code is None or isinstance(ended.code, int):
+            return ended.code or 0
+        print(ended.code, file=sys.stderr)
+        return 1
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+        return 1
+    return 0
+
+
 if __name__ == "__main__":
     gc.disable()
     _load()
     given = _serve()
     gc.enable()
-    exec(given, {"__name__": "__main__"})
+    status = _ended(given)
+    threading._shutdown()
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)  # to take down what was loaded before the fork would only copy it
