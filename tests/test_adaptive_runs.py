@@ -1,13 +1,12 @@
 """How a run ends, what it saves, limits, slices, and that nothing is compiled twice."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from adaptive_runs import ADAPTIVE, circle, run
+from commands import command
 from numba import njit
 from runs import exploding, problem, rooted
 
@@ -154,14 +153,12 @@ def test_runs_are_repeatable_to_the_bit():
 def test_a_second_process_compiles_nothing():
     """The loop of all adaptive methods comes from the cache that this process filled."""
     run(circle, (0, 1), (1, 0))
-    here = Path(__file__).parent
     script = (
-        "import json; from adaptive_runs import circle, run;"
+        f"import json, sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); from adaptive_runs import circle, run;"
         "from qddot.runner.explicit.adaptive import _compiled_loop as loop;"
         "[run(circle, (0, 1), (1, 0), method) for method in ('ode45', 'dop853')];"
         "stats = loop().function.stats;"
         "print(json.dumps([sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))"
     )
-    environment = {"PYTHONPATH": f"{here}:{here.parent}", "PATH": ""}
-    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, env=environment)
-    assert json.loads(result.stdout) == [1, 0]
+    result = command(code=script)
+    assert json.loads(result.stdout) == [1, 0], result.stderr

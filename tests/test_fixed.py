@@ -1,10 +1,8 @@
-import subprocess
-import sys
 import tracemalloc
-from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 from numba import njit
 from runs import exploding
 
@@ -296,8 +294,6 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 
 
 def test_second_process_takes_the_loop_from_the_cache():
-    command = [sys.executable, "-c", SECOND_PROCESS]
-    root = Path(__file__).parent.parent
-    first, second = (subprocess.run(command, capture_output=True, text=True, cwd=root, check=True) for _ in range(2))
+    first, second = (command(code=SECOND_PROCESS) for _ in range(2))
     assert sum(map(int, first.stdout.split())) == 1
     assert second.stdout.split() == ["1", "0"]

@@ -36,18 +36,18 @@ LONGEST = 10.0
 MOST_RUNS = 40
 #: Kind -> mutations in all; and how many of them a test makes, so that several processes share them.
 COUNTS = {
-    "run": 800,
+    "run": 720,
     "batch": 320,
     "library": 160,
-    "csv": 240,
+    "csv": 200,
     "set": 160,
     "reading": 240,
     "equations": 120,
-    "store": 160,
+    "store": 120,
 }
 TOGETHER, PROCESSES = 40, 40
 #: Kinds that are tried in processes of their own, and how many calls a test makes.
-IN_PROCESSES, EACH = ("run", "csv", "equations", "store"), 5
+IN_PROCESSES, EACH = ("run", "csv", "equations", "store"), 10
 
 #: Changes that make shipped studies runs of some milliseconds.
 SHORT = {

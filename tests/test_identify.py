@@ -259,7 +259,7 @@ def test_observations_that_cannot_be_are_refused(tmp_path, observation, message)
 
 def test_the_papers_five_displacements(tmp_path):
     """With the printed damping no pulse and arm meet all five; the file in studies/paper is what the command writes."""
-    done = command("identify", "studies/paper/identify_recoil.toml", "--json", "--into", tmp_path, afresh=True)
+    done = command("identify", "studies/paper/identify_recoil.toml", "--json", "--into", tmp_path)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert not said["fits"]

@@ -1,12 +1,11 @@
 """Runs in lanes: each equals the same run alone, whatever its neighbours do."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 from conftest import MODELS
 from lane_assembly import FEATURES, PACKED, SCALAR, fresh, needs_avx
 from numba import types
@@ -316,5 +315,5 @@ def test_the_same_kernel_in_another_folder_finds_its_own_code_in_a_process_that_
         (tmp_path / folder).mkdir()
         path = tmp_path / folder / "axle.py"
         path.write_text(text.replace("derivative[1] = ", "derivative[1] = 0.25 + "))
-        done = subprocess.run([sys.executable, "-c", OTHER_PROCESS, path], capture_output=True, text=True, check=False)
+        done = command(path, code=OTHER_PROCESS)
         assert done.stdout.strip() == "True", done.stderr

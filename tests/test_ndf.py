@@ -1,10 +1,9 @@
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command
 from numba import njit
 from published_ode15s import ode15s
 from runs import exploding, problem, rooted, run
@@ -337,9 +336,8 @@ class TestBoth:
             "stats = compiled_loop(module.run_slice, module.CONTROL).function.stats\n"
             "print(len(stats.cache_hits), sum(stats.cache_misses.values()))\n"
         )
-        root = Path(__file__).parent.parent
-        done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
-        assert done.stdout.split() == ["1", "0"]
+        done = command(code=code)
+        assert done.stdout.split() == ["1", "0"], done.stderr
 
 
 @njit

@@ -1,12 +1,9 @@
 """Roads: their shapes, the spectrum of random ones, and what each axle reads at a constant and at a varying speed."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from commands import command
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from matrices import linear_matrices
 from scipy.integrate import quad, solve_ivp
@@ -52,7 +49,7 @@ def test_shapes_are_their_formulas(height, length, at):
     sloped = np.clip(np.minimum(s, 1 - s) / 0.25, 0, 1)
     np.testing.assert_allclose(pothole(height, length, at, 0.25 * length)(x), -height * sloped, atol=1e-9)
     waves = 0.1 + height * np.sin(2 * np.pi * x / length + 0.3)
-    np.testing.assert_allclose(sine(height, length, 0.3, 0.1)(x), waves, rtol=0, atol=1e-12 * abs(height))
+    np.testing.assert_allclose(sine(height, length, 0.3, 0.1)(x), waves, rtol=1e-15, atol=1e-12 * abs(height))
 
 
 @pytest.mark.parametrize("of", CLASSES)
@@ -103,9 +100,7 @@ def test_a_fade_begins_on_level_ground_and_leaves_the_rest_as_it_is():
 
 def test_a_seed_is_a_road_in_any_process():
     code = "from qddot.runner.inputs.iso8608 import random_road; print(random_road('D', seed=3)(41.7).item().hex())"
-    root = Path(__file__).parent.parent
-    said = {subprocess.check_output([sys.executable, "-c", code], cwd=root, text=True).strip() for _ in range(2)}
-    assert said == {random_road("D", seed=3)(41.7).item().hex()}
+    assert command(code=code).stdout.strip() == random_road("D", seed=3)(41.7).item().hex()
     assert random_road("D", seed=4)(41.7) != random_road("D", seed=3)(41.7)
 
 
@@ -162,6 +157,7 @@ ROADS = {
 }
 
 
+@example("cubic", (np.array([0.0, 1.0]), np.array([0.0, 1.0])), 19.0)
 @given(st.sampled_from(sorted(ROADS)), speeds(), places)
 @settings(deadline=None, max_examples=60)
 def test_a_road_at_a_varying_speed_is_the_road_at_the_distance(name, speed, place):
@@ -171,8 +167,9 @@ def test_a_road_at_a_varying_speed_is_the_road_at_the_distance(name, speed, plac
     t = np.linspace(0, 10, 1501)[:-1]
     x = 1.0 + place + distance(t, knots, v)
     np.testing.assert_allclose(signal(t), road(x), atol=1e-12 if name == "lines" else 2e-6)
-    breaks = road.breakpoints
-    crossed = np.flatnonzero(np.diff(np.sign(x[:, None] - breaks), axis=0).any(axis=1))
+    sides = np.sign(x[:, None] - road.breakpoints)
+    sides[0] = np.where(sides[0] == 0, sides[1], sides[0])  # a run that begins on a kink passes none there
+    crossed = np.flatnonzero(np.diff(sides, axis=0).any(axis=1))
     for i in crossed:  # every kink of the road that is passed is a breakpoint
         assert ((signal.breakpoints >= t[i] - 1e-9) & (signal.breakpoints <= t[i + 1] + 1e-9)).any()
 

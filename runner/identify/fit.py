@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from qddot.runner.identify.problem import Problem
 from qddot.runner.simulate import IntegrationError
@@ -52,6 +51,8 @@ def fit(problem: Problem, progress: Callable[[float], None] | None = None) -> Fi
     problem.residuals(problem.column("start"))  # a study that cannot be run says so, whatever the search makes of it
     starts = [first]
     if problem.given.starts > 1:
+        from scipy.stats import qmc  # noqa: PLC0415 - slow to import
+
         sampler = qmc.LatinHypercube(len(lower), rng=np.random.default_rng(problem.given.seed))
         starts += list(sampler.random(problem.given.starts - 1))
     found = []

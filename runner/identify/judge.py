@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from qddot.runner.identify.fit import Fit
 from qddot.runner.identify.problem import Problem
@@ -58,7 +58,7 @@ def judge(problem: Problem, fit: Fit) -> Judgement:
     errors = np.sqrt(np.diag(covariance))
     chi_squared = float(fit.residuals @ fit.residuals)
     freedom = len(fit.residuals) - len(free)
-    misfit = float(chi2.sf(chi_squared, freedom)) if freedom > 0 else np.nan
+    misfit = float(chdtrc(freedom, chi_squared)) if freedom > 0 else np.nan
     correlation = _correlation(covariance, errors)
     notes = (
         *_bounds(problem, fit),
