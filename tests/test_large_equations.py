@@ -3,7 +3,7 @@
 import re
 
 import symengine as se
-from sympy import Add, symbols
+from sympy import Add, Rational, symbols
 
 from benchmarks.cases import carrier
 from qddot.codegen.calculus import terms
@@ -12,13 +12,28 @@ from qddot.codegen.equations.tex import tex
 from qddot.codegen.generate import _MOST_TERMS
 from qddot.codegen.lagrange import derive
 from qddot.codegen.printer import Printer
-from qddot.model import chain, m113
+from qddot.model import m113
 from qddot.model.inertia import Inertia, inertia
+from qddot.model.system import Coordinate, Parameter, System
+
+
+def row(n):
+    """A chain whose names have numbers that nothing tells from letters: it is written out."""
+    q, (m, k) = symbols(f"q1:{n + 1}"), symbols("m k")
+    made = tuple(Coordinate(each, "m", f"displacement of mass {i}") for i, each in enumerate(q, 1))
+    return System(
+        name="row",
+        title="A row",
+        coordinates=made,
+        parameters=(Parameter(m, 1.0, "kg", "mass"), Parameter(k, 1.0, "N/m", "stiffness")),
+        kinetic_energy=[m * each.rate**2 / 2 for each in made],
+        potential_energy=[Rational(1, 2) * k * (b - a) ** 2 for a, b in zip((0, *q[:-1]), q, strict=True)],
+    )
 
 
 def test_a_large_model_has_its_first_equations_and_says_how_many_are_left_out():
-    equations = derive(chain.system(30))
-    text = tex(describe(equations, "chain.py", most=60))
+    equations = derive(row(30))
+    text = tex(describe(equations, "row.py", most=60))
     numbers = re.search(r"the first (\d+) of 30 equations; the others are left out", text)
     assert numbers
     written = int(numbers[1])
@@ -26,8 +41,8 @@ def test_a_large_model_has_its_first_equations_and_says_how_many_are_left_out():
     assert text.count(r"\equationof{") == written
     assert rf"Displacement of mass {written}, $" in text
     assert rf"Displacement of mass {written + 1}, $" not in text
-    assert r"\operatorname{diag}(" in text
-    whole = tex(describe(equations, "chain.py"))
+    assert "left out here" in text
+    whole = tex(describe(equations, "row.py"))
     assert whole.count(r"\equationof{") == 30
     assert "left out" not in whole
 
@@ -39,14 +54,14 @@ def test_the_first_equation_is_there_however_long_it_is():
 
 
 def test_the_file_of_a_chain_of_hundreds_is_small():
-    text = tex(describe(derive(chain.system(400)), "chain.py", _MOST_TERMS))
+    text = tex(describe(derive(row(400)), "row.py", _MOST_TERMS))
     assert len(text) < 300e3
     assert "equations; the others are left out" in text
 
 
 def test_what_is_long_in_any_section_is_cut_and_says_so(monkeypatch):
     """A chain's energies and tables grow with it, whatever its equations of motion do."""
-    document = describe(derive(chain.system(300)), "chain.py", _MOST_TERMS)
+    document = describe(derive(row(300)), "row.py", _MOST_TERMS)
     assert len(tex(document)) > 60_000
     monkeypatch.setattr("qddot.codegen.equations.tex.LARGEST", 60_000)
     monkeypatch.setattr("qddot.codegen.equations.abridged._ROOM", 2_000)
@@ -60,7 +75,7 @@ def test_what_is_long_in_any_section_is_cut_and_says_so(monkeypatch):
 
 
 def test_a_document_that_is_not_too_long_is_whole():
-    text = tex(describe(derive(chain.system(60)), "chain.py", _MOST_TERMS))
+    text = tex(describe(derive(row(60)), "row.py", _MOST_TERMS))
     assert "left out." not in text
     assert "more lines" not in text
 

@@ -128,6 +128,10 @@ class LatexScript:
             return Box(f" {_SIGNS[sign]} ", 1.35)
         return Box(rf" \text{{ {sign} }} ", 2.3)
 
+    def summation(self, index: str, first: int, last: int) -> Box:
+        """A sigma with the first number below and the last one above."""
+        return Box(rf"\sum_{{{index}={first}}}^{{{last}}} ", 1.6 + 0.2 * len(str(first)), 3)
+
     def cases(self, rows: Sequence[tuple[Box, Box | None]]) -> Box:
         """Values and conditions behind one brace."""
         conditions = [r"\text{otherwise}" if c is None else rf"\text{{if }} {c.text}" for _, c in rows]
@@ -174,6 +178,8 @@ def _symbol(letter: str) -> tuple[str, float]:
 def _index(index: str) -> tuple[str, float]:
     if index.isdigit():
         return index, 0.42 * len(index)
+    if "+" in index or "-" in index:  # i-1
+        return index, 0.5 * len(index)
     text, width = _symbol(index) if len(index) == 1 or index in GREEK else _upright(index)
     return text, _SMALL * width
 

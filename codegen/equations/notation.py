@@ -5,47 +5,34 @@ It knows no layout and no script; `tex`, `page` and `terminal` write it down.
 
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
+from functools import partial
 from itertools import accumulate
 from typing import Any
 
 import symengine as se
 
 from qddot.codegen.calculus import terms
+from qddot.codegen.cells import LEAST
 from qddot.codegen.constrained import in_order
 from qddot.codegen.convert import convert
 from qddot.codegen.convert import symbol as convert_symbol
+from qddot.codegen.equations.entries import Entry, ParameterEntry, ranged, with_index
 from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
 from qddot.codegen.equations.reading import Reader
+from qddot.codegen.equations.repeating import Repeating, Rows
 from qddot.codegen.equations.spelling import alike
 from qddot.codegen.lagrange import Equations
+from qddot.codegen.rewrite import replaced
 from qddot.model.contents import declared
 from qddot.model.definitions import as_expression
 from qddot.model.events import Impact
 from qddot.model.friction import Friction
 from qddot.model.system import ModelError, Quantity
 
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A line of a symbol table. rate: the symbol of the time derivative, where it has one that is used."""
-
-    symbol: str
-    unit: str
-    meaning: str
-    rate: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ParameterEntry:
-    """A parameter with its default, and the value in each named set that gives another."""
-
-    symbol: str
-    unit: str
-    meaning: str
-    default: float
-    values: Mapping[str, float]
+#: Entries of M a coordinate, of models whose rows are looked through for what repeats.
+_SPARSE = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +45,26 @@ class Occurrence:
 
 @dataclass(frozen=True, slots=True)
 class MassMatrix:
-    """The entries (k, j) with k >= j that do not vanish by structure; kind as in `Equations.mass_matrix`."""
+    """The entries (k, j) with k >= j that do not vanish by structure; kind as in `Equations.mass_matrix`.
+
+    left_out: rows that are not here.
+    """
 
     size: int
     kind: str
     entries: Mapping[tuple[int, int], Sum]
+    left_out: int = 0
 
     @property
     def is_diagonal(self) -> bool:
         """Whether all entries are on the diagonal."""
         return all(k == j for k, j in self.entries)
+
+    @property
+    def multiple(self) -> Sum | None:
+        """What stands on the diagonal of a large matrix that is a multiple of the identity."""
+        alike = self.is_diagonal and self.size >= LEAST and len(set(self.entries.values())) == 1
+        return self.entries[0, 0] if alike else None
 
     def entry(self, k: int, j: int) -> Sum:
         """Any entry of the symmetric matrix; an empty sum where it vanishes."""
@@ -87,7 +84,8 @@ class Document:
 
     definitions: of the quantities, each one's rate behind it; energies: T, Pi, Phi; forces: Q of each coordinate that
     has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot + G' lambda = Q;
-    of large models only the first, and of M their rows; state_motion: one per internal state, zdot = derivative.
+    of large models only the first, and of M their rows, left_out more; subjects: what each is of, where cells of the
+    model are alike all of them at once; state_motion: one per internal state, zdot = derivative.
     multipliers: of the constraints, and constraints what vanishes, in the same order.
     is_generalized: Pi depends on velocities, so that L = T - Pi takes the place of T and Pi in Lagrange's equations.
     dotted: the words that may carry dots.
@@ -110,7 +108,9 @@ class Document:
     multipliers: tuple[Entry, ...]
     constraints: tuple[Formula, ...]
     events: tuple[Occurrence, ...]
+    subjects: tuple[Entry, ...]
     motion: tuple[Formula, ...]
+    left_out: int
     state_motion: tuple[Formula, ...]
     mass: MassMatrix
     output_definitions: tuple[Formula, ...]
@@ -120,7 +120,7 @@ class Document:
     @property
     def equations(self) -> tuple[tuple[Entry, Formula], ...]:
         """What each equation is of, with the equation: of the coordinates, then of the states."""
-        entries, formulas = (*self.coordinates, *self.states), (*self.motion, *self.state_motion)
+        entries, formulas = (*self.subjects, *self.states), (*self.motion, *self.state_motion)
         return tuple(zip(entries, formulas, strict=True))
 
 
@@ -128,7 +128,7 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
     """Write the derived equations down as a document; `source` names the model's file.
 
     most: terms of the equations of motion, as they were derived or as they are written, after which no further equation
-    is written.
+    is written. Where it is given, what repeats is written once, in symbols with an index.
     Raises ModelError where two symbols would look the same.
     """
     system = equations.system
@@ -140,11 +140,11 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
         name=system.name,
         title=system.title,
         source=source,
-        coordinates=tuple(Entry(str(c.symbol), c.unit, c.meaning, str(c.rate)) for c in system.coordinates),
-        states=tuple(Entry(str(z.symbol), z.unit, z.meaning, str(z.rate)) for z in system.states),
+        coordinates=writing.ranged(_coordinates(equations)),
+        states=writing.ranged(tuple(Entry(str(z.symbol), z.unit, z.meaning, str(z.rate)) for z in system.states)),
         parameters=_parameters(equations),
         parameter_sets=tuple(system.parameter_sets),
-        inputs=_inputs(equations),
+        inputs=writing.ranged(_inputs(equations)),
         quantities=tuple(Entry(str(q.symbol), q.unit, _told(q), _text(q.rate)) for q in system.quantities),
         tables=tuple(Entry(table.name, table.unit, table.description) for table in system.tables),
         outputs=tuple(Entry(str(o.symbol), o.unit, o.meaning) for o in system.output_expressions),
@@ -154,7 +154,9 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
         multipliers=tuple(Entry(str(c.symbol), c.unit, c.meaning) for c in in_order(system)),
         constraints=writing.constraints(),
         events=writing.events(),
-        motion=writing.motion,
+        subjects=tuple(entry for entry, _ in writing.motion),
+        motion=tuple(formula for _, formula in writing.motion),
+        left_out=writing.left_out,
         state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
         output_definitions=writing.outputs(),
@@ -175,15 +177,21 @@ class _Writing:
         self._equations = equations
         order = Order(equations)
         self._fixed = order.fixed
-        conditions = equations.conditions
-        self._author, self._derived = (Reader(order, turn=turn, conditions=conditions) for turn in (False, True))
+        self._most = most
+        self._repeating = Repeating(order) if most is not None else None
+        self._author, self._derived = (
+            Reader(order, turn=turn, conditions=equations.conditions, repeating=self._repeating)
+            for turn in (False, True)
+        )
         self._mass: dict[tuple[int, int], Any] = {}
         self._columns: list[list[int]] = [[] for _ in equations.coordinates]
         for k, j in equations.mass:
             self._columns[k].append(j)
             if j != k:
                 self._columns[j].append(k)
-        self.motion = tuple(self._motion(most))
+        found = tuple(self._motion(most))
+        self.motion = tuple((entry, formula) for _, entry, formula in found)
+        self.left_out = len(equations.coordinates) - sum(count for count, _, _ in found)
 
     def given(self, left: Factor, expression: Any) -> Formula:
         return Formula(_alone(left), self._author.sum(expression))
@@ -201,7 +209,7 @@ class _Writing:
         equations = self._equations
         named = (("T", equations.kinetic), ("Pi", equations.potential), ("Phi", equations.dissipation))
         return tuple(
-            Formula(_alone(Name(name)), self._author.sum(self._legible(energy), positive_first=False))
+            Formula(_alone(Name(name)), self._author.sum(energy, positive_first=False, legible=self._legible))
             for name, energy in named
         )
 
@@ -230,15 +238,47 @@ class _Writing:
             found.append(Occurrence(heading, (where, *values)))
         return tuple(found)
 
-    def _motion(self, most: int | None) -> Iterator[Formula]:
-        """The equations of motion, up to so many terms; one at least."""
-        count = 0
-        for k in range(len(self._equations.coordinates) if most is None else _written(self._equations, most)):
-            equation = self._equation(k)
-            count += len(equation.left.terms) + len(equation.right.terms)
-            if most is not None and k and count > most:
-                return
-            yield equation
+    def ranged(self, entries: tuple[Entry, ...]) -> tuple[Entry, ...]:
+        """Lines of a symbol table, those that repeat as one."""
+        return ranged(entries, self._repeating.index if self._repeating else None)
+
+    def _motion(self, most: int | None) -> Iterator[tuple[int, Entry, Formula]]:
+        """The equations of motion, up to so many terms; one at least. Of each how many it is, and of what."""
+        lengths, entries = _lengths(self._equations), _coordinates(self._equations)
+        derived = written = 0
+        for rows in self._rows():
+            for k in rows.rows:
+                derived += lengths[k]
+                if most is not None and written and derived > most:
+                    return
+                equation = self._equation(k, rows.range.standing if rows.range else {})
+                before, written = written, written + len(equation.left.terms) + len(equation.right.terms)
+                if most is not None and before and written > most:
+                    return
+                entry = (
+                    entries[k]
+                    if rows.range is None
+                    else with_index(entries[k], rows.range.index, rows.range.first, rows.range.last)
+                )
+                yield rows.count // len(rows.rows), entry, equation
+
+    def _rows(self) -> list[Rows]:
+        """The coordinates, those whose equations repeat by the first of them."""
+        equations, size = self._equations, len(self._equations.coordinates)
+        if self._repeating is None or len(equations.mass) > _SPARSE * size:
+            return [Rows((k,)) for k in range(size)]
+        parts = (equations.gyroscopic, equations.conservative, equations.dissipative, equations.applied)
+        return self._repeating.rows(
+            [
+                (
+                    equations.coordinates[k],
+                    *(se.Mul(equations.mass[max(k, j), min(k, j)], equations.accelerations[j]) for j in columns),
+                    *(part[k] for part in parts),
+                    *equations.constraints.pull(k),
+                )
+                for k, columns in enumerate(map(sorted, self._columns))
+            ]
+        )
 
     def _entry(self, k: int, j: int) -> Any:
         """An entry of M as it is read."""
@@ -247,24 +287,34 @@ class _Writing:
             self._mass[at] = self._legible(self._equations.mass[at])
         return self._mass[at]
 
-    def _equation(self, k: int) -> Formula:
-        """The equation of coordinate k, its terms in the order of Lagrange's equation."""
-        equations = self._equations
-        inertia = [
-            self._derived.term(se.Mul(self._entry(k, j), equations.accelerations[j])) for j in sorted(self._columns[k])
-        ]
+    def _equation(self, k: int, standing: Mapping[Any, Any]) -> Formula:
+        """The equation of coordinate k, its terms in the order of Lagrange's equation.
+
+        standing: what stands for symbols in it.
+        """
+        equations, put = self._equations, partial(replaced, found=standing)
+        entries = [(self._entry(k, j), equations.accelerations[j]) for j in sorted(self._columns[k])]
+        inertia = [self._derived.term(put(se.Mul(entry, acceleration))) for entry, acceleration in entries]
         others = (equations.gyroscopic[k], equations.conservative[k], equations.dissipative[k])
-        sums = [self._derived.sum(self._legible(part), positive_first=False) for part in others]
+        sums = [self._derived.sum(self._legible(put(part)), positive_first=False) for part in others]
         held = [
-            self._derived.term(part) for pull in equations.constraints.pull(k) for part in terms(self._legible(pull))
+            self._derived.term(part)
+            for pull in equations.constraints.pull(k)
+            for part in terms(self._legible(put(pull)))
         ]
         left = (*inertia, *(part for found in sums for part in found.terms), *held)
-        return Formula(Sum(left), self._author.sum(equations.applied[k]))
+        return Formula(Sum(left), self._author.sum(put(equations.applied[k])))
 
     def mass(self) -> MassMatrix:
-        written = len(self.motion)
-        entries = {at: self._derived.sum(self._entry(*at)) for at in self._equations.mass if at[0] < written}
-        return MassMatrix(written, self._equations.mass_matrix, entries)
+        """Its rows, of a multiple of the identity all: of others no more than there would be equations one by one."""
+        equations, size = self._equations, len(self._equations.coordinates)
+        written = size - self.left_out
+        if self._most is not None and len(set(equations.mass.values())) > 1:
+            within = sum(total <= self._most for total in accumulate(_lengths(equations)))
+            written = min(written, max(1, within))
+        read = {entry: self._derived.sum(self._legible(entry)) for entry in set(equations.mass.values())}
+        entries = {at: read[entry] for at, entry in equations.mass.items() if at[0] < written}
+        return MassMatrix(written, equations.mass_matrix, entries, size - written)
 
     def outputs(self) -> tuple[Formula, ...]:
         """Definitions of the outputs that are not quantities under their own names."""
@@ -275,8 +325,8 @@ class _Writing:
         return legible(expression, self._fixed)
 
 
-def _written(equations: Equations, most: int) -> int:
-    """How many equations of motion have so many terms together; one at least."""
+def _lengths(equations: Equations) -> list[int]:
+    """How many terms each equation of motion has as it was derived."""
     lengths = [0] * len(equations.coordinates)
     for k, j in equations.mass:
         lengths[k] += 1
@@ -284,7 +334,7 @@ def _written(equations: Equations, most: int) -> int:
     for part in (equations.gyroscopic, equations.conservative, equations.dissipative, equations.applied):
         for k, expression in enumerate(part):
             lengths[k] += len(terms(expression))
-    return max(1, sum(total <= most for total in accumulate(lengths)))
+    return lengths
 
 
 def _alone(factor: Factor) -> Sum:
@@ -295,6 +345,10 @@ def _index(coordinate: str) -> str | int:
     """What Q of a coordinate is indexed by: 6 for q_6, else the coordinate itself."""
     letter, _, index = coordinate.partition("_")
     return int(index) if letter == "q" and index.isdigit() else coordinate
+
+
+def _coordinates(equations: Equations) -> tuple[Entry, ...]:
+    return tuple(Entry(str(c.symbol), c.unit, c.meaning, str(c.rate)) for c in equations.system.coordinates)
 
 
 def _told(quantity: Quantity) -> str:

@@ -36,12 +36,18 @@ class Order:
             (_ACCELERATION, (*equations.accelerations, *held.multipliers, *held.reactions.values())),
         )
         self._rank: dict[Any, Rank] = {symbol: (group, k) for group, found in groups for k, symbol in enumerate(found)}
-        self.fixed = frozenset(symbol for symbol, (group, _) in self._rank.items() if group == _FIXED)
+        self.fixed = {symbol for symbol, (group, _) in self._rank.items() if group == _FIXED}
 
     @property
     def symbols(self) -> tuple[Any, ...]:
         """All symbols that have a place."""
         return tuple(self._rank)
+
+    def stand_in(self, symbol: Any, other: Any) -> None:
+        """Let a symbol have the place of another, for which it stands."""
+        self._rank[symbol] = self._rank[other]
+        if other in self.fixed:
+            self.fixed.add(symbol)
 
     def symbol(self, symbol: Any) -> Rank:
         """The place of a symbol in a product."""

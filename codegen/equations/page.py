@@ -9,9 +9,10 @@ from latex2mathml.converter import convert
 from markupsafe import Markup, escape
 
 from qddot.codegen.environment import environment
+from qddot.codegen.equations.entries import Entry
 from qddot.codegen.equations.latex_script import LatexScript, decimal
 from qddot.codegen.equations.layout import Box, beside, fitting, joined
-from qddot.codegen.equations.notation import Document, Entry
+from qddot.codegen.equations.notation import Document
 from qddot.codegen.equations.phrases import Factor, Formula, Name
 from qddot.codegen.equations.tex import lagrange
 from qddot.codegen.equations.typesetter import Typesetter
@@ -56,7 +57,7 @@ def html(document: Document) -> str:
                 for event in document.events
             ],
             multipliers=[page.symbols(entry) for entry in document.multipliers],
-            motion=page.equations(document.coordinates, document.motion),
+            motion=page.equations(document.subjects, document.motion),
             state_motion=page.equations(document.states, document.state_motion),
             mass=page.mass(),
             outputs=page.defined(document.outputs, document.output_definitions),

@@ -91,6 +91,16 @@ class Term:
 
 
 @dataclass(frozen=True, slots=True)
+class Summation:
+    """Terms that are alike: one for each number from first to last that its index takes."""
+
+    index: str
+    first: int
+    last: int
+    term: Term
+
+
+@dataclass(frozen=True, slots=True)
 class Sum:
     """Terms in the order of reading; none is zero."""
 
@@ -105,7 +115,7 @@ class Formula:
     right: Sum
 
 
-Factor = Number | Name | Indexed | Constant | Power | Call | Lookup | Cases | Sum
+Factor = Number | Name | Indexed | Constant | Power | Call | Lookup | Cases | Sum | Summation
 
 
 def term(factor: Factor) -> Term:

@@ -1,6 +1,6 @@
 """From SymEngine expressions to phrases: terms with signs, factors in order, fractions."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
@@ -21,10 +21,12 @@ from qddot.codegen.equations.phrases import (
     Power,
     Relation,
     Sum,
+    Summation,
     Term,
     Value,
 )
-from qddot.codegen.rewrite import ONE, ZERO, content, factors, is_number, leading_number, split_number
+from qddot.codegen.equations.repeating import Repeating, Series
+from qddot.codegen.rewrite import ONE, ZERO, Change, content, factors, is_number, leading_number, split_number
 
 _EVEN, _ODD = {"cos", "cosh"}, {"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "erf"}
 _COMPARISONS = {
@@ -40,19 +42,39 @@ class Reader:
     conditions: by the symbols of sides, or by what is written with a mode, which stand for them.
     """
 
-    def __init__(self, order: Order, *, turn: bool, conditions: Mapping[Any, Any] = MappingProxyType({})) -> None:
+    def __init__(
+        self,
+        order: Order,
+        *,
+        turn: bool,
+        conditions: Mapping[Any, Any] = MappingProxyType({}),
+        repeating: Repeating | None = None,
+    ) -> None:
         self._order = order
+        self._repeating = repeating
         self._turn = turn
         self._conditions = conditions
         self._names: dict[Any, Name] = {}
 
-    def sum(self, expression: Any, *, positive_first: bool = True) -> Sum:
-        """Read an expression; its terms in order of their parameters, then of what moves."""
-        parts = expression.args if isinstance(expression, se.Add) else () if expression == ZERO else (expression,)
-        read = [self.term(part) for part in sorted(parts, key=self._order.term)]
+    def sum(self, expression: Any, *, positive_first: bool = True, legible: Change | None = None) -> Sum:
+        """Read an expression; its terms in order of their parameters, then of what moves.
+
+        legible: how what repeats in no way is written before.
+        """
+        parts, series = self._repeating.terms(_parts(expression)) if self._repeating else (_parts(expression), ())
+        if legible is not None:
+            parts = _parts(legible(se.Add(*parts)))
+        found = [*((part, None) for part in parts), *((each.begins, each) for each in series)]
+        ordered = sorted(found, key=lambda pair: self._order.term(pair[0]))
+        read = [self.term(part) if each is None else self._series(each) for part, each in ordered]
         if positive_first:
             read.sort(key=lambda part: part.negative)
         return Sum(tuple(read))
+
+    def _series(self, series: Series) -> Term:
+        read, span = self.term(series.term), series.range
+        inside = Term(False, read.coefficient, read.above, read.below)
+        return Term(read.negative, _ONE, (Summation(span.index, span.first, span.last, inside),))
 
     def term(self, expression: Any) -> Term:
         """Read one term of a sum."""
@@ -147,6 +169,13 @@ class Reader:
         if is_number(left):
             return Relation(self.sum(right), mirrored, self.sum(left))
         return Relation(self.sum(left), sign, self.sum(right))
+
+
+def _parts(total: Any) -> Sequence[Any]:
+    """The terms of a sum."""
+    if isinstance(total, se.Add):
+        return total.args
+    return () if total == ZERO else (total,)
 
 
 def _contrary(condition: Any) -> Any:

@@ -61,5 +61,8 @@ class Script(Protocol):
     def relation(self, sign: str) -> Box:
         """A comparison, `and` or `or`."""
 
+    def summation(self, index: str, first: int, last: int) -> Box:
+        """The sign of a sum over numbers."""
+
     def cases(self, rows: Sequence[tuple[Box, Box | None]]) -> Box:
         """Values with their conditions."""

@@ -17,6 +17,9 @@ GREEK = {
 #: What stands for names that Python keeps for itself.
 _SHORT = {"lam": "lamda"}
 
+#: An index that is not the number itself: i-1.
+_COUNTED = re.compile(r"[ijkmn][+-]\d+\Z")
+
 _NUMBERED = re.compile(rf"([A-Za-z]|{'|'.join(GREEK)})(\d+)\Z")
 
 
@@ -43,9 +46,14 @@ def spelling(name: str, declared: Set[str] = frozenset()) -> Spelling:
         return Spelling(numbered[1], dots, (numbered[2], *rest))
     words = [stem]
     if not _is_letter(stem):
-        while rest and not rest[0].isdigit() and len(rest[0]) > 1:
+        while rest and not rest[0].isdigit() and len(rest[0]) > 1 and not is_counted(rest[0]):
             words.append(rest.pop(0))
     return Spelling(" ".join(words), dots, tuple(rest))
+
+
+def is_counted(index: str) -> bool:
+    """Whether an index is that of what repeats, and a number added to it or taken away."""
+    return bool(_COUNTED.match(index))
 
 
 def alike(names: Iterable[str], declared: Set[str] = frozenset()) -> Iterator[tuple[str, str]]:

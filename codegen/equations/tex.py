@@ -5,10 +5,11 @@ from typing import Any
 
 from qddot.codegen.environment import environment
 from qddot.codegen.equations.abridged import Display, Row, Table, abridged
+from qddot.codegen.equations.entries import Entry
 from qddot.codegen.equations.latex_script import LatexScript, decimal
 from qddot.codegen.equations.latex_text import escape, unit
 from qddot.codegen.equations.layout import Box, beside, joined, lines
-from qddot.codegen.equations.notation import Document, Entry
+from qddot.codegen.equations.notation import Document
 from qddot.codegen.equations.phrases import Formula, Name
 from qddot.codegen.equations.typesetter import Typesetter
 
@@ -56,11 +57,13 @@ def _sections(document: Document, page: "_Page") -> dict[str, Any]:
         multipliers=page.table(document.multipliers),
         constraints=page.aligned(document.constraints),
         events=[(escape(event.heading), page.aligned(event.formulas)) for event in document.events],
-        motion=page.equations(document.coordinates[: len(document.motion)], document.motion),
-        left_out=len(document.coordinates) - len(document.motion),
+        motion=page.equations(document.subjects, document.motion),
+        left_out=document.left_out,
         state_motion=page.equations(document.states, document.state_motion),
         mass=page.mass(),
         mass_kind=document.mass.kind,
+        size=document.mass.size + document.mass.left_out,
+        rows_left_out=document.mass.left_out,
         outputs=page.table(document.outputs),
         outputs_defined=page.defined(document.outputs, document.output_definitions),
         output_definitions=page.aligned(document.output_definitions),
@@ -163,6 +166,10 @@ class _Page:
     def mass(self) -> Display:
         """The mass matrix whole, or its diagonal, or its entries."""
         mass, name = self._document.mass, r"\mathbf{M}"
+        if mass.multiple is not None:
+            terms = mass.multiple.terms
+            box = self._write.factor(mass.multiple) if len(terms) > 1 else joined(self._write.terms(mass.multiple))
+            return Display(1, (Row(name, (rf"= {box.text} \, \mathbf{{I}}",)),))
         if not mass.is_diagonal or mass.size <= 3:
             matrix = self._matrix() if mass.size * _GAP_OF_COLUMNS <= _DISPLAY - 3.0 else None
             if matrix is not None and matrix.width <= _DISPLAY - 3.0:

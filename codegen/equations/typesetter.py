@@ -19,6 +19,7 @@ from qddot.codegen.equations.phrases import (
     Power,
     Relation,
     Sum,
+    Summation,
     Term,
     Value,
 )
@@ -70,6 +71,8 @@ class Typesetter:
                 box = self.script.constant(name)
             case Sum():
                 box = self._bracket(self._inside((factor,)))
+            case Summation(index, first, last, term):
+                box = beside(self.script.summation(index, first, last), self._term(term, inner))
             case Power(base, exponent):
                 box = self._power(base, exponent)
             case Call("abs", arguments):

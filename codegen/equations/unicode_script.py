@@ -6,9 +6,10 @@ from fractions import Fraction
 
 from qddot.codegen.equations.layout import Box, beside
 from qddot.codegen.equations.phrases import Value
-from qddot.codegen.equations.spelling import GREEK, spelling
+from qddot.codegen.equations.spelling import GREEK, is_counted, spelling
 
 _DIGITS_BELOW = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_BELOW = _DIGITS_BELOW | str.maketrans("ijkmn+-", "ᵢⱼₖₘₙ₊₋")
 _DIGITS_ABOVE = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _DOTS = ("", "\u0307", "\u0308", "\u20db")
 _VULGAR = {
@@ -128,6 +129,10 @@ class UnicodeScript:
         """≤ and its like."""
         return boxed(_SIGNS[sign])
 
+    def summation(self, index: str, first: int, last: int) -> Box:
+        """Σ[i=2…100]."""
+        return boxed(f"Σ[{index}={first}…{last}] ")
+
     def cases(self, rows: Sequence[tuple[Box, Box | None]]) -> Box:
         """{x if x ≥ 0; 0 otherwise}."""
         written = [
@@ -141,6 +146,6 @@ class UnicodeScript:
 
 
 def _below(indices: tuple[str, ...]) -> str:
-    if len(indices) == 1 and indices[0].isdigit():
-        return indices[0].translate(_DIGITS_BELOW)
+    if len(indices) == 1 and (indices[0].isdigit() or is_counted(indices[0])):
+        return indices[0].translate(_BELOW)
     return "".join(f"_{GREEK.get(index, index)}" for index in indices)
