@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate, chain, pairwise
 from typing import Any
 
-from sympy import Add, Expr, Symbol, lambdify
+from sympy import Add, Expr, Mul, Symbol, lambdify
 from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
 from qddot.model.table import Value
@@ -75,11 +76,12 @@ def energies(found: Sequence[Group], arguments: Sequence[Symbol], quantities: Qu
     modules: `math` or `mpmath`.
     """
     assignments = list(quantities.items())
-    terms = [term for group in found for term in group.terms]
+    parts, powers = _distinct([_squared(group, arguments) for group in found])
+    terms = [term for part in parts for term in part]
     tables = {
         value.func.__name__: value.func.at for each in (*terms, *quantities.values()) for value in each.atoms(Value)
     }
-    rows_of = [[Add(*row) for row in _rows(group.terms)] for group in found]
+    rows_of = [[Add(*row) for row in _rows(part)] for part in parts]
     ends = list(accumulate(map(len, rows_of), initial=0))
     values = lambdify(
         arguments,
@@ -91,9 +93,41 @@ def energies(found: Sequence[Group], arguments: Sequence[Symbol], quantities: Qu
 
     def parts_of(*point: Any) -> list[Any]:
         rows = values(*point)
-        return [sum(rows[start:end]) for start, end in pairwise(ends)]
+        sums = [sum(rows[start:end]) for start, end in pairwise(ends)]
+        return [sums[k] if place is None else sums[k] * point[place] ** 2 for k, place in powers]
 
     return parts_of
+
+
+#: Terms, and the place of the velocity by whose square all of them are multiplied.
+_Part = tuple[tuple[Expr, ...], int | None]
+
+
+def _squared(group: Group, arguments: Sequence[Symbol]) -> _Part:
+    """T of a group; of one velocity what its square is multiplied by, which other groups may have in common."""
+    if len(group.velocities) != 1:
+        return group.terms, None
+    place = group.velocities[0]
+    velocity, square = arguments[place], arguments[place] ** 2
+    found = []
+    for term in group.terms:
+        others = tuple(part for part in Mul.make_args(term) if part != square)
+        if len(others) == len(Mul.make_args(term)) or any(velocity in part.free_symbols for part in others):
+            return group.terms, None
+        found.append(others)
+    return tuple(_product(others) for others in found), place
+
+
+@lru_cache(1000)
+def _product(factors: tuple[Expr, ...]) -> Expr:
+    return Mul(*factors)
+
+
+def _distinct(parts: Sequence[_Part]) -> tuple[list[tuple[Expr, ...]], list[tuple[int, int | None]]]:
+    """Each sum of terms once; and of every part which of them it is, with its velocity."""
+    places: dict[tuple[Expr, ...], int] = {}
+    found = [(places.setdefault(terms, len(places)), place) for terms, place in parts]
+    return list(places), found
 
 
 def _rows(terms: Sequence[Expr]) -> Iterator[Sequence[Expr]]:

@@ -312,9 +312,9 @@ class _Writing:
         if self._most is not None and len(set(equations.mass.values())) > 1:
             within = sum(total <= self._most for total in accumulate(_lengths(equations)))
             written = min(written, max(1, within))
-        read = {entry: self._derived.sum(self._legible(entry)) for entry in set(equations.mass.values())}
-        entries = {at: read[entry] for at, entry in equations.mass.items() if at[0] < written}
-        return MassMatrix(written, equations.mass_matrix, entries, size - written)
+        found = {at: entry for at, entry in equations.mass.items() if at[0] < written}
+        read = {entry: self._derived.sum(self._entry(*at)) for at, entry in found.items()}
+        return MassMatrix(written, equations.mass_matrix, {at: read[e] for at, e in found.items()}, size - written)
 
     def outputs(self) -> tuple[Formula, ...]:
         """Definitions of the outputs that are not quantities under their own names."""
