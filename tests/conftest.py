@@ -38,10 +38,11 @@ def pytest_collection_finish():
 #: Files that take longest, from half a minute of a processor down to ten seconds: begun first, so that the processes
 #: of a session end together. Option `--no-loadscope-reorder` keeps this order.
 LONGEST = (
-    *("batch_killed", "fuzz", "damaged_batches", "differential", "notebooks", "package", "trust_batches", "bicycle"),
-    *("tables_of_two_arguments", "trust_places", "batch", "identify", "paper", "benchmark_library", "typed", "docs"),
-    *("docs_run", "tables_of_states", "generate", "compare", "trust_compare", "large_models", "report", "new_model"),
-    *("events_of_all_methods", "trust_pulses", "knots_of_tables", "power_balance", "elementary", "straight", "walls"),
+    *("fuzz", "batch_killed", "differential", "damaged_batches", "docs", "package", "notebooks", "report"),
+    *("trust_batches", "tables_of_two_arguments", "bicycle", "generate", "batch", "identify", "trust_places", "cells"),
+    *("knots_of_tables", "benchmark_library", "paper", "derivation", "tables_of_states", "power_balance", "ndf"),
+    *("repeating_equations", "events_of_all_methods", "trust_compare", "trust_beam", "trust_units", "typed", "walls"),
+    *("elementary", "command_line", "dense_output", "elimination_order", "standard_problems", "places"),
 )
 
 

@@ -33,7 +33,7 @@ def with_number(expression, index, number):
     return expression.subs(found)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(kind=kinds)
 @example(kind=Kind(20, coupling="exp", odd=frozenset((9,)), named=True))
 @example(kind=Kind(20, own=True, odd=frozenset((7,)), second=True, hub=True, named=True, states=True))
@@ -84,7 +84,7 @@ def value(phrase, values, numbers):  # noqa: PLR0911 - a case for each kind of p
     raise NotImplementedError(phrase)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(kind=kinds)
 @example(kind=Kind(20))
 @example(kind=Kind(20, two=True, interleaved=True))

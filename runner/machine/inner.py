@@ -22,8 +22,16 @@ class _Quiet:
         """Nothing to set: what allocates nothing and raises nothing needs no environment."""
 
 
-class _Inner(codegen.JITCodeLibrary):  # type: ignore[misc]
-    """The code of an inner function, neither optimised nor made machine code of."""
+class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Code that is optimised as a whole, when all is there: what function by function would find, that finds too."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Only say to LLVM how data lie."""
+        module.data_layout = self._codegen._data_layout
+
+
+class _Inner(_Library):
+    """The code of an inner function, neither optimised nor made machine code of: that is left to the outermost."""
 
     _together = None
 
@@ -31,10 +39,6 @@ class _Inner(codegen.JITCodeLibrary):  # type: ignore[misc]
     def codegen(self) -> Any:
         """What numba asks for an environment."""
         return _Quiet
-
-    def _optimize_functions(self, module: Any) -> None:
-        """Left to the outermost, which optimises it with all that surrounds it."""
-        module.data_layout = self._codegen._data_layout
 
     def finalize(self) -> None:
         """Leave it at what was lowered."""
@@ -60,7 +64,7 @@ class _Inner(codegen.JITCodeLibrary):  # type: ignore[misc]
         return self._together
 
 
-class _Outer(codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Outer(_Library):
     """Code for Python, or to be called by its address, with all inner functions below it."""
 
     def finalize(self) -> None:
