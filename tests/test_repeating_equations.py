@@ -9,6 +9,7 @@ import pytest
 import symengine as se
 from chains import Kind, kinds, system
 from hypothesis import example, given, settings
+from sympy import Add, symbols
 
 from qddot.codegen.calculus import terms
 from qddot.codegen.equations.entries import Entry, ranged
@@ -20,6 +21,7 @@ from qddot.codegen.equations.terminal import text
 from qddot.codegen.equations.tex import tex
 from qddot.codegen.lagrange import derive
 from qddot.model import chain
+from qddot.model.system import Coordinate, Parameter, System
 
 MOST = 10_000
 
@@ -113,16 +115,34 @@ def test_equations_put_back_are_those_of_the_model(kind):
 def test_a_file_of_a_chain_does_not_grow_with_it():
     short, long = (tex(describe(derive(chain.system(n)), "chain.py", 750)) for n in (20, 400))
     assert len(long) < len(short) + 100
-    assert r"T & = \sum_{i=1}^{400} \frac{1}{2} m \dot{q}_{i}^{2}" in long
-    assert r"\frac{1}{2} k (q_{1} - w)^{2} + \sum_{i=2}^{400} \frac{1}{2} k (q_{i} - q_{i-1})^{2}" in long
+    assert r"T & = \sum_{j=1}^{400} \frac{1}{2} m \dot{q}_{j}^{2}" in long
+    assert r"\frac{1}{2} k (q_{1} - w)^{2} + \sum_{j=2}^{400} \frac{1}{2} k (q_{j} - q_{j-1})^{2}" in long
     assert "Displacement of mass i, i = 2 to 399, $q_{i}$" in long
     assert r"\mathbf{M} & = m \, \mathbf{I}" in long
     assert "left out" not in long
 
 
+def test_a_sum_in_an_equation_with_an_index_has_another_index():
+    """All masses drag what they hang on together; each equation holds the sum over all."""
+    q, (m, k, c) = symbols("q_1:13"), symbols("m k c")
+    made = tuple(Coordinate(each, "m", f"displacement of mass {i}") for i, each in enumerate(q, 1))
+    parameters = tuple(Parameter(each, 1.0, "1", str(each)) for each in (m, k, c))
+    dragged = System(
+        name="dragged",
+        title="Masses that drag together",
+        coordinates=made,
+        parameters=parameters,
+        kinetic_energy=[m * each.rate**2 / 2 for each in made],
+        potential_energy=[k * each**2 / 2 for each in q],
+        dissipation=c * Add(*(each.rate for each in made)) ** 2 / 2,
+    )
+    found = tex(describe(derive(dragged), "dragged.py", 750))
+    assert r"& m \ddot{q}_{i} + k q_{i} + c \biggl(\sum_{j=1}^{12} \dot{q}_{j}\biggr) = 0" in found
+
+
 def test_in_the_terminal_too():
     page = text(describe(derive(chain.system(12)), "chain.py", 750))
-    assert "T = Σ[i=1…12] ½·m·q̇_i²" in page
+    assert "T = Σ[j=1…12] ½·m·q̇_j²" in page
     assert "qᵢ₋₁" in page
 
 

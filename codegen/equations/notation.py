@@ -16,7 +16,7 @@ from qddot.codegen.cells import LEAST
 from qddot.codegen.constrained import in_order
 from qddot.codegen.convert import convert
 from qddot.codegen.convert import symbol as convert_symbol
-from qddot.codegen.equations.entries import Entry, ParameterEntry, ranged, with_index
+from qddot.codegen.equations.entries import Entry, ParameterEntry, ranged
 from qddot.codegen.equations.legible import legible
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import Factor, Formula, Indexed, Name, Sum, term
@@ -255,12 +255,7 @@ class _Writing:
                 before, written = written, written + len(equation.left.terms) + len(equation.right.terms)
                 if most is not None and before and written > most:
                     return
-                entry = (
-                    entries[k]
-                    if rows.range is None
-                    else with_index(entries[k], rows.range.index, rows.range.first, rows.range.last)
-                )
-                yield rows.count // len(rows.rows), entry, equation
+                yield rows.count // len(rows.rows), rows.entry(entries[k]), equation
 
     def _rows(self) -> list[Rows]:
         """The coordinates, those whose equations repeat by the first of them."""

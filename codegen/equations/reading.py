@@ -72,7 +72,9 @@ class Reader:
         return Sum(tuple(read))
 
     def _series(self, series: Series) -> Term:
-        read, span = self.term(series.term), series.range
+        """A sum over an index; within it sums are written out, as they would have the same index."""
+        alone = Reader(self._order, turn=self._turn, conditions=self._conditions)
+        read, span = alone.term(series.term), series.range
         inside = Term(False, read.coefficient, read.above, read.below)
         return Term(read.negative, _ONE, (Summation(span.index, span.first, span.last, inside),))
 

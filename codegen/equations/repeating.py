@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from qddot.codegen.cells import LEAST, Place, Run, Signature, Signatures, in_order, runs
+from qddot.codegen.equations.entries import Entry, with_index
 from qddot.codegen.equations.order import Order
 from qddot.codegen.rewrite import replaced
 from qddot.codegen.symbols import named
@@ -42,6 +43,10 @@ class Rows:
     rows: tuple[int, ...]
     range: Range | None = None
 
+    def entry(self, entry: Entry) -> Entry:
+        """What a row is of, from what the first one is."""
+        return with_index(entry, self.range.index, self.range.first, self.range.last) if self.range else entry
+
     @property
     def count(self) -> int:
         """How many rows they stand for."""
@@ -49,7 +54,10 @@ class Rows:
 
 
 class Repeating:
-    """What repeats in the expressions of one model; what has an index is ranked in its order as what it stands for."""
+    """What repeats in the expressions of one model; what has an index is ranked in its order as what it stands for.
+
+    index: of rows; sums have another one, as they may stand in such rows. None where the model has no letter left.
+    """
 
     def __init__(self, order: Order) -> None:
         self._order = order
@@ -58,18 +66,21 @@ class Repeating:
         self._places: dict[Any, Place] = {symbol: (one[1], int(one[2])) for symbol, one in found if one}
         self._symbols = {place: symbol for symbol, place in self._places.items()}
         taken = {part for _, name in names for part in name.split("_")}
-        self.index = next((letter for letter in _INDICES if letter not in taken), None)
+        free = [letter for letter in _INDICES if letter not in taken]
+        self.index: str | None
+        self._of_sums: str | None
+        self.index, self._of_sums = (free[0], free[1]) if len(free) > 1 else (None, None)
         self._signatures = Signatures(self._places, {})
 
     def terms(self, terms: Sequence[Any]) -> tuple[list[Any], list[Series]]:
         """Terms of a sum: those that stand alone, and those that repeat."""
-        if len(terms) < LEAST or self.index is None:
+        if len(terms) < LEAST or self._of_sums is None:
             return list(terms), []
         ordered = in_order(terms, self._signatures)
         signed = [self._signatures(term) for term in ordered]
         alone, series, at = [], [], 0
         for run in runs(signed, 1):
-            span = self._range(run, signed)
+            span = self._range(run, signed, self._of_sums)
             if span is not None:
                 alone += ordered[at : run.first]
                 begins = ordered[run.first]
@@ -84,14 +95,14 @@ class Repeating:
         signed = [self._signatures.row("row", [((), part) for part in row]) for row in rows]
         found, at = [], 0
         for run in runs(signed):
-            span = self._range(run, signed, rows[run.first][0])
+            span = self._range(run, signed, self.index, rows[run.first][0])
             if span is not None:
                 found += [Rows((k,)) for k in range(at, run.first)]
                 found.append(Rows(tuple(range(run.first, run.first + run.period)), span))
                 at = run.behind
         return found + [Rows((k,)) for k in range(at, len(rows))]
 
-    def _range(self, run: Run, signed: Sequence[Signature], subject: Any = None) -> Range | None:
+    def _range(self, run: Run, signed: Sequence[Signature], index: str, subject: Any = None) -> Range | None:
         """Where a run goes, and in which symbols; None where its numbers do not rise by one.
 
         subject: the symbol whose numbers the index takes; without one it takes the highest.
@@ -106,12 +117,12 @@ class Repeating:
         if not moving:
             return None
         first = max(self._places[symbol][1] for symbol in ([subject] if subject in moving else moving))
-        standing = {symbol: self._indexed(symbol, first) for symbol in moving}
-        return Range(str(self.index), first, first + run.count - 1, standing)
+        standing = {symbol: self._indexed(symbol, index, first) for symbol in moving}
+        return Range(index, first, first + run.count - 1, standing)
 
-    def _indexed(self, symbol: Any, first: int) -> Any:
+    def _indexed(self, symbol: Any, index: str, first: int) -> Any:
         """q_3 as q_i, q_2 as q_i-1 where `first` is 3."""
         stem, number = self._places[symbol]
-        found = named(f"{stem}{self.index}{number - first:+d}" if number != first else f"{stem}{self.index}")
+        found = named(f"{stem}{index}{number - first:+d}" if number != first else f"{stem}{index}")
         self._order.stand_in(found, symbol)
         return found
