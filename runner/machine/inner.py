@@ -76,6 +76,11 @@ class _Outer(_Library):
         self._linking_libraries = []
         super().finalize()
 
+    def _optimize_final_module(self) -> None:
+        """Optimise once: numba does so cheaply before, so that it finds counts of references, of which there are none."""
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
 
 def _link(module: Any, below: list[Any]) -> None:
     """Add to a module what it calls: callers first, since LLVM's linker takes nothing that is not called yet."""
