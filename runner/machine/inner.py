@@ -77,7 +77,7 @@ class _Outer(_Library):
         super().finalize()
 
     def _optimize_final_module(self) -> None:
-        """Optimise once: numba does so cheaply before, so that it finds counts of references, of which there are none."""
+        """Optimise once: numba does so cheaply before, to find counts of references, of which there are none."""
         passes, builder = self._codegen._module_pass_manager()
         passes.run(self._final_module, builder)
 
