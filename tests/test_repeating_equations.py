@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -138,6 +139,16 @@ def test_a_sum_in_an_equation_with_an_index_has_another_index():
     )
     found = tex(describe(derive(dragged), "dragged.py", 750))
     assert r"& m \ddot{q}_{i} + k q_{i} + c \biggl(\sum_{j=1}^{12} \dot{q}_{j}\biggr) = 0" in found
+
+
+def test_an_equation_for_all_is_of_no_one_of_them_where_their_meanings_differ():
+    made = chain.system(12)
+    told = tuple(
+        replace(each, meaning=f"link {letter}") for each, letter in zip(made.coordinates, "abcdefghijkl", strict=True)
+    )
+    found = describe(derive(replace(made, coordinates=told)), "chain.py", 750)
+    assert [entry.meaning for entry in found.subjects] == ["link a", "link b to link k, i = 2 to 11", "link l"]
+    assert len(found.coordinates) == 12
 
 
 def test_in_the_terminal_too():

@@ -31,19 +31,32 @@ class ParameterEntry:
     values: Mapping[str, float]
 
 
-def with_index(entry: Entry, index: str, first: int, last: int) -> Entry:
-    """The line for all numbers that an index takes, from that of the first of them; q_2 as q_i-1 where that is 3."""
-    found = _NUMBERED.fullmatch(entry.symbol)
-    if found is None:
-        return entry
-    number = int(found[2])
-    label = index if number == first else f"{index}{number - first:+d}"
-    return Entry(
-        f"{found[1]}{label}",
-        entry.unit,
-        f"{_numberless(entry.meaning, number, label)}, {index} = {first} to {last}",
-        entry.rate and re.sub(r"\d+\Z", label, entry.rate),
-    )
+def numbered(name: str) -> tuple[str, int] | None:
+    """A name that ends in _ and a number, as what is one of many does, without it, and the number."""
+    found = _NUMBERED.fullmatch(name)
+    return (found[1], int(found[2])) if found else None
+
+
+def label(index: str, ahead: int) -> str:
+    """What stands for a number that is so much more than the index: i, i-1."""
+    return f"{index}{ahead:+d}" if ahead else index
+
+
+def with_index(entries: Sequence[Entry], index: str, first: int, last: int) -> Entry:
+    """One line for all numbers that an index takes, from the lines of each; q_2 as q_i-1 where the first is 3.
+
+    Where meanings differ by more than their numbers, it has the first and the last.
+    """
+    entry, (stem, number) = entries[0], _split(entries[0])
+    shown = label(index, number - first)
+    alike = len({_numberless(each.meaning, _split(each)[1], "#") for each in entries}) == 1
+    meaning = _numberless(entry.meaning, number, shown) if alike else f"{entry.meaning} to {entries[-1].meaning}"
+    rate = entry.rate and re.sub(r"\d+\Z", shown, entry.rate)
+    return Entry(f"{stem}{shown}", entry.unit, f"{meaning}, {index} = {first} to {last}", rate)
+
+
+def _split(entry: Entry) -> tuple[str, int]:
+    return numbered(entry.symbol) or (entry.symbol, 0)
 
 
 def ranged(entries: Sequence[Entry], index: str | None) -> tuple[Entry, ...]:
@@ -56,19 +69,19 @@ def ranged(entries: Sequence[Entry], index: str | None) -> tuple[Entry, ...]:
         if len(alike) < LEAST:
             found += alike
         else:
-            first, last = (int(each.symbol.rpartition("_")[2]) for each in (alike[0], alike[-1]))
-            found.append(with_index(alike[0], index, first, last))
+            (_, first), (_, last) = _split(alike[0]), _split(alike[-1])
+            found.append(with_index(alike, index, first, last))
     return tuple(found)
 
 
 def _kind(k: int, entry: Entry) -> tuple[object, ...]:
     """The same for lines behind each other of which one has the next number of the one before, and nothing else."""
-    found = _NUMBERED.fullmatch(entry.symbol)
+    found = numbered(entry.symbol)
     if found is None:
         return entry.symbol, k
-    number = int(found[2])
+    stem, number = found
     rate = entry.rate and re.sub(r"\d+\Z", "", entry.rate)
-    return found[1], number - k, entry.unit, _numberless(entry.meaning, number, "#"), rate
+    return stem, number - k, entry.unit, _numberless(entry.meaning, number, "#"), rate
 
 
 def _numberless(meaning: str, number: int, label: str) -> str:

@@ -6,7 +6,7 @@ from fractions import Fraction
 from qddot.codegen.equations.latex_text import greek
 from qddot.codegen.equations.layout import Box, beside
 from qddot.codegen.equations.phrases import Value
-from qddot.codegen.equations.spelling import GREEK, Spelling, spelling
+from qddot.codegen.equations.spelling import GREEK, Spelling, is_counted, spelling
 
 # Widths of cmmi10 in hundredths of an em, italic correction included, from its metric file (tftopl cmmi10.tfm).
 # Every width is an upper bound: a formula that is too wide by the estimate breaks early, never late.
@@ -178,7 +178,7 @@ def _symbol(letter: str) -> tuple[str, float]:
 def _index(index: str) -> tuple[str, float]:
     if index.isdigit():
         return index, 0.42 * len(index)
-    if "+" in index or "-" in index:  # i-1
+    if is_counted(index):
         return index, 0.5 * len(index)
     text, width = _symbol(index) if len(index) == 1 or index in GREEK else _upright(index)
     return text, _SMALL * width

@@ -255,7 +255,7 @@ class _Writing:
                 before, written = written, written + len(equation.left.terms) + len(equation.right.terms)
                 if most is not None and before and written > most:
                     return
-                yield rows.count // len(rows.rows), rows.entry(entries[k]), equation
+                yield rows.times, rows.entry(entries, k), equation
 
     def _rows(self) -> list[Rows]:
         """The coordinates, those whose equations repeat by the first of them."""

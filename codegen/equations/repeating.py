@@ -1,18 +1,15 @@
 """Terms and rows that repeat: the first of them in symbols with an index, and from where to where that runs."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from qddot.codegen.cells import LEAST, Place, Run, Signature, Signatures, in_order, runs
-from qddot.codegen.equations.entries import Entry, with_index
+from qddot.codegen.equations.entries import Entry, label, numbered, with_index
 from qddot.codegen.equations.order import Order
 from qddot.codegen.rewrite import replaced
 from qddot.codegen.symbols import named
 
-#: A name that ends in a number, as what is one of many does.
-_NUMBERED = re.compile(r"(.+_)(\d+)")
 #: What an index may be called.
 _INDICES = "ijkmn"
 
@@ -43,14 +40,18 @@ class Rows:
     rows: tuple[int, ...]
     range: Range | None = None
 
-    def entry(self, entry: Entry) -> Entry:
-        """What a row is of, from what the first one is."""
-        return with_index(entry, self.range.index, self.range.first, self.range.last) if self.range else entry
-
     @property
-    def count(self) -> int:
-        """How many rows they stand for."""
-        return len(self.rows) * (self.range.last - self.range.first + 1 if self.range else 1)
+    def times(self) -> int:
+        """How many rows each of them stands for."""
+        return self.range.last - self.range.first + 1 if self.range else 1
+
+    def entry(self, entries: Sequence[Entry], k: int) -> Entry:
+        """What row k is of, from what all rows are of."""
+        if self.range is None:
+            return entries[k]
+        period = len(self.rows)
+        alike = entries[k : k + period * self.times : period]
+        return with_index(alike, self.range.index, self.range.first, self.range.last)
 
 
 class Repeating:
@@ -62,8 +63,8 @@ class Repeating:
     def __init__(self, order: Order) -> None:
         self._order = order
         names = [(symbol, str(symbol)) for symbol in order.symbols]
-        found = ((symbol, _NUMBERED.fullmatch(name)) for symbol, name in names)
-        self._places: dict[Any, Place] = {symbol: (one[1], int(one[2])) for symbol, one in found if one}
+        found = ((symbol, numbered(name)) for symbol, name in names)
+        self._places: dict[Any, Place] = {symbol: place for symbol, place in found if place}
         self._symbols = {place: symbol for symbol, place in self._places.items()}
         taken = {part for _, name in names for part in name.split("_")}
         free = [letter for letter in _INDICES if letter not in taken]
@@ -123,6 +124,6 @@ class Repeating:
     def _indexed(self, symbol: Any, index: str, first: int) -> Any:
         """q_3 as q_i, q_2 as q_i-1 where `first` is 3."""
         stem, number = self._places[symbol]
-        found = named(f"{stem}{index}{number - first:+d}" if number != first else f"{stem}{index}")
+        found = named(f"{stem}{label(index, number - first)}")
         self._order.stand_in(found, symbol)
         return found
