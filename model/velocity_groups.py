@@ -111,8 +111,9 @@ def _squared(group: Group, arguments: Sequence[Symbol]) -> _Part:
     velocity, square = arguments[place], arguments[place] ** 2
     found = []
     for term in group.terms:
-        others = tuple(part for part in Mul.make_args(term) if part != square)
-        if len(others) == len(Mul.make_args(term)) or any(velocity in part.free_symbols for part in others):
+        factors = Mul.make_args(term)
+        others = tuple(part for part in factors if part != square)
+        if len(others) == len(factors) or any(velocity in part.free_symbols for part in others):
             return group.terms, None
         found.append(others)
     return tuple(_product(others) for others in found), place

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
+from math import inf
 from typing import Any
 
 import symengine as se
@@ -189,7 +190,7 @@ class _Writing:
             self._columns[k].append(j)
             if j != k:
                 self._columns[j].append(k)
-        found = tuple(self._motion(most))
+        found = tuple(self._motion())
         self.motion = tuple((entry, formula) for _, entry, formula in found)
         self.left_out = len(equations.coordinates) - sum(count for count, _, _ in found)
 
@@ -242,18 +243,19 @@ class _Writing:
         """Lines of a symbol table, those that repeat as one."""
         return ranged(entries, self._repeating.index if self._repeating else None)
 
-    def _motion(self, most: int | None) -> Iterator[tuple[int, Entry, Formula]]:
+    def _motion(self) -> Iterator[tuple[int, Entry, Formula]]:
         """The equations of motion, up to so many terms; one at least. Of each how many it is, and of what."""
+        most = inf if self._most is None else self._most
         lengths, entries = _lengths(self._equations), _coordinates(self._equations)
         derived = written = 0
         for rows in self._rows():
             for k in rows.rows:
                 derived += lengths[k]
-                if most is not None and written and derived > most:
+                if written and derived > most:
                     return
                 equation = self._equation(k, rows.range.standing if rows.range else {})
                 before, written = written, written + len(equation.left.terms) + len(equation.right.terms)
-                if most is not None and before and written > most:
+                if before and written > most:
                     return
                 yield rows.times, rows.entry(entries, k), equation
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.calculus import terms
 from qddot.codegen.convert import arguments, looked_up
 from qddot.codegen.equations.order import Order
 from qddot.codegen.equations.phrases import (
@@ -174,10 +175,8 @@ class Reader:
 
 
 def _parts(total: Any) -> Sequence[Any]:
-    """The terms of a sum."""
-    if isinstance(total, se.Add):
-        return total.args
-    return () if total == ZERO else (total,)
+    """The terms of a sum, none of zero."""
+    return () if total == ZERO else terms(total)
 
 
 def _contrary(condition: Any) -> Any:
