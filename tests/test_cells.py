@@ -172,7 +172,7 @@ def test_lanes_of_loops_are_runs_alone(both):
 
 
 def test_the_file_of_a_chain_does_not_grow_with_it():
-    sizes = [len(artefacts(chain.system(n), "chain.py")[f"chain_{n}.py"]) for n in (60, 200)]
+    sizes = [len(artefacts(chain.system(n), "chain.py")[f"chain_{n}.py"]) for n in (100, 400)]
     assert sizes[1] < 1.05 * sizes[0] < 10_000
 
 
@@ -187,5 +187,5 @@ def test_the_file_of_a_chain_does_not_grow_with_it():
     ids=str,
 )
 def test_files_of_all_kinds_of_chains_do_not_grow_with_them(kind, tmp_path):
-    sizes = [len(module(lower(derive(system(Kind(n, **kind)))), "test.py", ())) for n in (24, 60)]
+    sizes = [len(module(lower(derive(system(Kind(n, **kind)))), "test.py", ())) for n in (30, 130)]
     assert sizes[1] < 1.06 * sizes[0] < 25_000
