@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from statistics import median_low
 from typing import Any
 
@@ -14,8 +15,17 @@ from qddot.codegen.rewrite import Names, holds_call, rebuild
 _NUMBER = re.compile("([0-9]+)")
 
 
+@dataclass(frozen=True)
+class Moving:
+    """Cells that are alike. columns: symbol of the first -> those of all. fixed: symbols that are the same in all."""
+
+    count: int
+    columns: Mapping[Any, tuple[Any, ...]]
+    fixed: frozenset[Any]
+
+
 class Cell:
-    """Expressions of the first cell. standing: symbol -> what stands for it. definitions: of temporaries.
+    """Expressions of the first cell in what stands for its symbols. definitions: of temporaries.
 
     temporaries: those that the expressions need. named: of these what became of a temporary -> that one. apart: those
     that are the same in all cells, and take long.
@@ -23,7 +33,6 @@ class Cell:
 
     def __init__(
         self,
-        standing: Mapping[Any, Any],
         counter: str,
         signatures: Signatures,
         definitions: Mapping[Any, Any],
@@ -32,9 +41,20 @@ class Cell:
         self.temporaries: list[Assignment] = []
         self.named: dict[Any, Any] = {}
         self.apart: set[Any] = set()
-        self._known = dict(standing)
-        self._moving = dict.fromkeys(standing, True)
+        self._standing: dict[Any, Any] = {}
+        self._known: dict[Any, Any] = {}
+        self._moving: dict[Any, bool] = {}
         self._counter, self._signatures, self._definitions, self._names = counter, signatures, definitions, names
+
+    def stand(self, standing: Mapping[Any, Any]) -> None:
+        """Let symbols, which no expression has held so far, be known by what stands for them."""
+        self._standing |= standing
+        self._known |= standing
+        self._moving |= dict.fromkeys(standing, True)
+
+    def columns(self, found: Mapping[Any, Any]) -> dict[Any, Any]:
+        """What is known of symbols by what stands for them."""
+        return {self._standing[symbol]: column for symbol, column in found.items()}
 
     def __call__(self, node: Any) -> Any:
         """An expression in what stands for its symbols."""
@@ -70,7 +90,34 @@ class Cell:
         return found
 
 
-def names_of(columns: Mapping[Any, tuple[Any, ...]], counter: str, names: Names) -> list[Any]:
+@dataclass(eq=False)
+class Cells:
+    """A loop as it grows; columns and fixed as of `Moving`."""
+
+    cell: Cell
+    counter: str
+    count: int
+    stage: int | None
+    columns: dict[Any, tuple[Any, ...]] = field(default_factory=dict)
+    fixed: set[Any] = field(default_factory=set)
+
+    def takes(self, stage: int | None, moving: Moving) -> bool:
+        """Whether other rows are of the same cells, and can be done together with these."""
+        same = stage is not None and stage == self.stage and moving.count == self.count
+        apart = self.fixed.isdisjoint(moving.columns) and moving.fixed.isdisjoint(self.columns)
+        return (
+            same and apart and all(self.columns.get(each, column) == column for each, column in moving.columns.items())
+        )
+
+    def join(self, moving: Moving, names: Names) -> None:
+        """Know the symbols of other rows."""
+        new = {symbol: column for symbol, column in moving.columns.items() if symbol not in self.columns}
+        self.cell.stand(dict(zip(new, _names_of(new, self.counter, names), strict=True)))
+        self.columns |= new
+        self.fixed |= moving.fixed
+
+
+def _names_of(columns: Mapping[Any, tuple[Any, ...]], counter: str, names: Names) -> list[Any]:
     """What stands for symbols in the cells of a loop: q_i_plus_1 for q_3, q_4, ... where most in the first is q_2."""
     split = [(_NUMBER.split(str(first)), _NUMBER.split(str(second))) for first, second, *_ in columns.values()]
     counting = [_counting(*pair) for pair in split]

@@ -6,7 +6,7 @@ Rows have it without being compared with each other, so that to find cells costs
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, groupby
 from operator import itemgetter, sub
 from typing import Any, NamedTuple
 
@@ -19,8 +19,8 @@ from qddot.codegen.rewrite import leading_number
 
 #: Cells that are written as a loop, at least; rows of one, at most.
 LEAST, LONGEST = 8, 12
-#: Leaves of a row; one of more is nothing that repeats.
-_MOST_LEAVES = 200
+#: Leaves of an expression from which on each stands there once; of more, or more different ones, nothing repeats.
+_FEW_LEAVES, _MOST_LEAVES, _MOST_DIFFERENT = 40, 2000, 200
 #: Nodes whose operands have no order.
 _UNORDERED = frozenset(("Add", "Mul", "And", "Or"))
 
@@ -39,13 +39,13 @@ class Signature(NamedTuple):
 
 
 class Signatures:
-    """Signatures of expressions. places: of symbols. definitions: of temporaries, which are looked through.
+    """Signatures of expressions. symbols: their places. definitions: of temporaries, which are looked through.
 
     signs: those of the sums that functions and even powers take, see `sign`.
     """
 
-    def __init__(self, places: Mapping[Any, Place], definitions: Mapping[Any, Any]) -> None:
-        self._places = places
+    def __init__(self, symbols: Mapping[Any, Place], definitions: Mapping[Any, Any]) -> None:
+        self.symbols = symbols
         self._definitions = definitions
         self._skeletons: dict[tuple[Any, ...], int] = {}
         self._lists: dict[int, tuple[str, ...]] = {}
@@ -65,8 +65,9 @@ class Signatures:
 
     def row(self, head: str, parts: Sequence[tuple[tuple[int, ...], Any]]) -> Signature:
         """The signature of writes that belong together: of each its index, and its expression."""
-        found = [self.joined("[]", [*(self._at(INDEX, each) for each in index), self(e)]) for index, e in parts]
-        return self.joined(head, found)
+        return self.joined(
+            head, [each for index, e in parts for each in (*(self._at(INDEX, k) for k in index), self(e))]
+        )
 
     def sign(self, total: Any) -> int:
         """1 where the term of a sum that stands first in its list is subtracted, else -1."""
@@ -88,8 +89,8 @@ class Signatures:
                 self.signs.add(self.sign(argument))
             head = function_name(node) if isinstance(node, se.FunctionSymbol) else ""
             return self.joined(f"{kind} {head}", found, node)
-        if node in self._places:
-            return self._at(*self._places[node])
+        if node in self.symbols:
+            return self._at(*self.symbols[node])
         if node in self._definitions:
             inside = self(self._definitions[node])
             return inside if inside.leaves else self._at(f"temporary {node}", 0)
@@ -101,14 +102,24 @@ class Signatures:
     def joined(self, head: str, parts: Sequence[Signature], node: Any = None) -> Signature:
         """What does something with these parts; node: what it is."""
         leaves = tuple(chain.from_iterable([part[1] for part in parts]))
-        if node is not None and len(leaves) > _MOST_LEAVES:
-            return Signature(self._kept(("long", node), ()), ())
         skeletons = [part[0] for part in parts]
+        if node is not None and len(leaves) > _FEW_LEAVES:
+            return self._each_once((head, *skeletons), leaves, node)
         found = self._skeletons.get((head, *skeletons))
         if found is None:
             names = chain.from_iterable(self._lists[each] for each in skeletons)
             found = self._kept((head, *skeletons), tuple(names))
         return Signature(found, leaves)
+
+    def _each_once(self, key: tuple[Any, ...], leaves: tuple[int, ...], node: Any) -> Signature:
+        """The signature of what holds most of its leaves again and again; the skeleton says which stands where."""
+        names = chain.from_iterable(self._lists[each] for each in key[1:])
+        found: dict[Place, int] = {}
+        if len(leaves) <= _MOST_LEAVES:
+            pattern = tuple([found.setdefault(place, len(found)) for place in zip(names, leaves, strict=True)])
+        if not 0 < len(found) <= _MOST_DIFFERENT:
+            return Signature(self._kept(("long", node), ()), ())
+        return Signature(self._kept((*key, pattern), tuple(name for name, _ in found)), tuple(k for _, k in found))
 
     def _kept(self, key: tuple[Any, ...], names: tuple[str, ...]) -> int:
         """A skeleton, known from now on."""
@@ -135,9 +146,11 @@ def in_order(terms: Iterable[Any], signatures: Signatures) -> list[Any]:
         signature = signatures(term)
         alike.setdefault(signature.skeleton, []).append((sorted(signatures.places(signature)), term))
     groups = [sorted(group, key=itemgetter(0)) for group in alike.values()]
+    groups.sort(key=lambda group: group[0][0])
     text = Printer({})
-    groups.sort(key=lambda group: (group[0][0], text(group[0][1])))
-    return [term for group in groups for _, term in group]
+    same = (list(found) for _, found in groupby(groups, key=lambda group: group[0][0]))
+    ordered = (sorted(found, key=lambda group: text(group[0][1])) if found[1:] else found for found in same)
+    return [term for found in ordered for group in found for _, term in group]
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,8 @@ RESTING, SEEN = "resting_", ("energy", "outputs")
 SYSTEM = ("mass_matrix", "constraint_matrix", "right_side", "residuals", "coordinates")
 #: Arrays whose columns become derivatives of accelerations.
 COLUMNS = ("forces", "drifts")
+#: Arrays of zeros whose items are written, or added to, in any order: before the equations are solved, or after.
+STAGES = {**dict.fromkeys(SYSTEM, 0), **dict.fromkeys(COLUMNS, 1)}
 #: Kernels that may read multipliers and reactions.
 REPORTING = ("outputs", "scene")
 #: Functions that a kernel calls, by the file of `runner/machine` that they are from.

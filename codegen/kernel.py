@@ -115,6 +115,10 @@ class Kernel:
         """Additions, multiplications, divisions, powers and function calls, all counted as one."""
         return sum(operations(expression) for expression in self.expressions)
 
+    def entries(self, writes: Iterable[tuple[Slot, Any]]) -> int:
+        """How many items are written, those of loops in each cell."""
+        return sum(1 if slot.loop is None else self.loops[slot.loop].count for slot, _ in writes)
+
     def indices(self, slot: Slot) -> list[tuple[int, ...]]:
         """The index of a slot, or those in all cells of its loop."""
         if slot.loop is None:

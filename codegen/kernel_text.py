@@ -17,18 +17,26 @@ def paragraphs(
     kernel: Kernel, slots: Mapping[Any, Slot], printer: Printer, target: str, copied: int = 0
 ) -> Iterator[tuple[str, ...]]:
     """The lines of a kernel, in paragraphs. target: the array that it writes to, but for the first `copied` items."""
+    yield from opening(kernel.replace(kernel.temporaries, kernel.writes[copied:]), slots, printer)
+    left = [write for write in kernel.writes if write[0].argument not in kernel.arrays]
+    yield from written(kernel, left[copied:], {**slots, **kernel.kept}, printer, target)
+
+
+def opening(
+    kernel: Kernel, slots: Mapping[Any, Slot], printer: Printer, later: Set[Any] = frozenset()
+) -> Iterator[tuple[str, ...]]:
+    """What a kernel reads, the arrays of its own, and its temporaries that stand in no loop, but for some."""
     yield tuple(f"{array} = [0.0] * {length}" for array, length in kernel.arrays.items())
-    yield unpacked(kernel.replace(kernel.temporaries, kernel.writes[copied:]), slots)
-    late = _made_of(kernel.kept, kernel)
-    yield _temporaries(kernel, printer, None, late)
-    written = [write for write in kernel.writes if write[0].argument in kernel.arrays]
-    yield from _written(kernel, written, slots, printer, "")
+    yield unpacked(kernel, slots)
+    late = made_of(kernel.kept, kernel)
+    yield temporaries(kernel, printer, None, late | later)
+    kept = [write for write in kernel.writes if write[0].argument in kernel.arrays]
+    yield from written(kernel, kept, slots, printer)
     yield unpacked(kernel, kernel.kept)
-    yield _temporaries(kernel, printer, None, {symbol for symbol, _ in kernel.temporaries} - late)
-    yield from _written(kernel, kernel.writes[len(written) :], {**slots, **kernel.kept}, printer, target, copied)
+    yield temporaries(kernel, printer, None, {symbol for symbol, _ in kernel.temporaries} - late | later)
 
 
-def _made_of(symbols: Iterable[Any], kernel: Kernel) -> set[Any]:
+def made_of(symbols: Iterable[Any], kernel: Kernel) -> set[Any]:
     """The temporaries of no loop that are made of these symbols."""
     found = set(symbols)
     for symbol, expression in kernel.temporaries if found else ():
@@ -37,49 +45,52 @@ def _made_of(symbols: Iterable[Any], kernel: Kernel) -> set[Any]:
     return found
 
 
-def _written(
-    kernel: Kernel, writes: Sequence[Any], slots: Mapping[Any, Slot], printer: Printer, target: str, copied: int = 0
+def written(
+    kernel: Kernel, writes: Sequence[Any], slots: Mapping[Any, Slot], printer: Printer, target: str = "", start: int = 0
 ) -> Iterator[tuple[str, ...]]:
-    """What is written to an array, or to those that the slots name, but for the first items."""
-    places = _places(kernel, writes)[copied:]
+    """What is written to an array, the entries of a matrix from a place in it on; or to those that the slots name."""
+    places = _places(kernel, writes, target, start)
     for loop, alike in groupby(places, key=lambda place: place[1].loop):
         items = list(alike)
         if loop is None:
-            yield tuple(
-                f"{target or slot.argument}[{first}] = {printer(value)}{entry(slot)}" for first, slot, _, value in items
-            )
+            yield tuple(f"{item} = {printer(value)}{note}" for item, _, value, note in items)
             continue
         counter = kernel.loops[loop].counter
-        lines = [*_unpacked_in(kernel, loop, slots), *_temporaries(kernel, printer, loop)]
-        for first, slot, step, value in items:
-            item = f"{target or slot.argument}[{_affine(first, step, counter)}]"
+        lines = [*_unpacked_in(kernel, loop, slots), *temporaries(kernel, printer, loop)]
+        for item, slot, value, note in items:
             added = f"{item} + " if slot.adds else ""
-            lines.append(f"{item} = {added}{printer(value)}{entry(slot, counter)}")
+            lines.append(f"{item} = {added}{printer(value)}{note}")
         yield (f"for {counter} in range({kernel.loops[loop].count}):", *(f"    {line}" for line in lines))
 
 
-def _temporaries(kernel: Kernel, printer: Printer, loop: int | None, but: Set[Any] = frozenset()) -> tuple[str, ...]:
+def temporaries(kernel: Kernel, printer: Printer, loop: int | None, but: Set[Any] = frozenset()) -> tuple[str, ...]:
     """The temporaries of a loop, or those of none, but for some."""
     found = (item for item in kernel.temporaries if kernel.homes.get(item[0]) == loop and item[0] not in but)
     return tuple(f"{symbol} = {printer(expression)}" for symbol, expression in found)
 
 
-def _places(kernel: Kernel, written: Sequence[Any]) -> list[tuple[int, Slot, int, Any]]:
-    """Of each write the place of its item, how far that goes in a loop, and the value.
+def _places(kernel: Kernel, writes: Sequence[Any], target: str, start: int) -> Iterator[tuple[str, Slot, Any, str]]:
+    """Of each write the text of its item, the value, and what says where that stands.
 
-    The items of vectors are where their slots say, entries of matrices one behind the other, row by row.
+    The items of vectors are where their slots say, entries of matrices that have a target one behind the other.
     """
-    found: list[tuple[int, Slot, int, Any]] = []
-    behind = 0
-    for loop, alike in groupby(written, key=lambda write: write[0].loop):
-        writes = list(alike)
-        for k, (slot, value) in enumerate(writes):
-            step = slot.steps[0] if loop is not None else 0
-            found.append(
-                (behind + k, slot, len(writes), value) if len(slot.index) > 1 else (*slot.index, slot, step, value)
-            )
-        behind += len(writes) * (kernel.loops[loop].count if loop is not None else 1)
-    return found
+    behind = start
+    for loop, alike in groupby(writes, key=lambda write: write[0].loop):
+        together = list(alike)
+        counter = kernel.loops[loop].counter if loop is not None else ""
+        for k, (slot, value) in enumerate(together):
+            if target and len(slot.index) > 1:
+                place = _affine(behind + k, len(together) if counter else 0, counter)
+                yield f"{target}[{place}]", slot, value, entry(slot, counter)
+            else:
+                yield f"{target or slot.argument}[{', '.join(affine(slot, counter))}]", slot, value, ""
+        behind += len(together) * (kernel.loops[loop].count if loop is not None else 1)
+
+
+def affine(slot: Slot, counter: str = "") -> list[str]:
+    """The indices of a slot as text, those of a loop by what counts its turns."""
+    steps = slot.steps or (0,) * len(slot.index)
+    return [_affine(first, step, counter) for first, step in zip(slot.index, steps, strict=True)]
 
 
 def _affine(first: int, step: int, counter: str) -> str:
@@ -94,10 +105,7 @@ def _affine(first: int, step: int, counter: str) -> str:
 
 def entry(slot: Slot, counter: str = "") -> str:
     """What says of an entry of a matrix where it stands."""
-    if len(slot.index) < 2:
-        return ""
-    steps = slot.steps or (0,) * len(slot.index)
-    return f"  # [{', '.join(_affine(*each, counter) for each in zip(slot.index, steps, strict=True))}]"
+    return f"  # [{', '.join(affine(slot, counter))}]" if len(slot.index) > 1 else ""
 
 
 def unpacked(kernel: Kernel, slots: Mapping[Any, Slot]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import Any
 from qddot.codegen.cell_constants import known_in, spread
 from qddot.codegen.cells import Place
 from qddot.codegen.constants import hoist
-from qddot.codegen.constrained_drafts import ConstrainedDrafts, refuse_size, solving_names
+from qddot.codegen.constrained_drafts import STAGES, ConstrainedDrafts, refuse_size, solution_slots, solving_names
 from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.drafts import Draft, Drafts, approach, switching, switching_functions, vector_writes
 from qddot.codegen.folding import Folded, fold
@@ -102,7 +102,7 @@ class _Lowering:
         self._positions = vector_writes("values", equations.positions.values())
         self.reads: frozenset[Any] = frozenset(base) | (equations.solution if solves else frozenset())
         self.assignments: tuple[Assignment, ...] = ()
-        self._folds = folds and not solves and not equations.contacts
+        self._folds = folds and not equations.contacts
         self._places: dict[Any, Place] = {}
         for name, symbols in (
             ("parameters", equations.parameters),
@@ -111,6 +111,10 @@ class _Lowering:
             ("time", (equations.time,)),
         ):
             self._places |= {symbol: (name, k) for k, symbol in enumerate(symbols)}
+        self._stages: Mapping[str, int] = STAGES if solves else {}
+        if solves:
+            solved = solution_slots("rhs", equations)
+            self._places |= {symbol: (slot.argument, slot.index[0]) for symbol, slot in solved.items()}
         self._simplified: dict[Any, Any] = {}
         self._point = Point()
         self._assign(self.drafts.parameter_assignments)
@@ -155,7 +159,9 @@ class _Lowering:
         names = self.names.copy()
         found = Folded(temporaries, draft.writes)
         if self._folds and folds:
-            found = fold(temporaries, draft.writes, self._places, names, self.author, copies=copies)
+            found = fold(
+                temporaries, draft.writes, self._places, names, self.author, copies=copies, stages=self._stages
+            )
         loops = []
         for loop in found.loops:
             constants = known_in(loop, self.assignments, self._places, names)
@@ -163,9 +169,9 @@ class _Lowering:
             loops.append(replace(loop, symbols={**loop.symbols, **dict(constants.values())}))
         author = self.author | found.named
         kernel = Kernel(reads, found.temporaries, found.writes, tuple(loops), found.kept)
-        kernel = inline(prune(kernel), author, self.derivatives)
+        kernel = inline(prune(kernel), author, self.derivatives, found.apart)
         if loops:  # what stands for symbols in them means something else in every kernel
-            return optimize(kernel, author, known, names)
+            return optimize(kernel, author, known, names, apart=found.apart)
         return optimize(kernel, author, known, names, self._simplified, self._point)
 
     def positions(self) -> Kernel:
@@ -191,15 +197,17 @@ def optimize(
     names: Names,
     memo: dict[Any, Any] | None = None,
     point: Point | None = None,
+    apart: frozenset[Any] = frozenset(),
 ) -> Kernel:
     """All rules in their order.
 
-    author: quantities that keep their names and places. known: expression -> the constant that has its value. memo: see
-    `simplify`, of kernels with the same constants. point: see `without_zeros`.
+    author: quantities that keep their names and places. apart: temporaries that are computed before loops.
+    known: expression -> the constant that has its value. memo: see `simplify`, of kernels with the same constants.
+    point: see `without_zeros`.
     """
-    kernel = inline(prune(kernel), author)
+    kernel = inline(prune(kernel), author, apart=apart)
     if (fewer := without_zeros(kernel, point)) is not kernel:
-        kernel = inline(prune(fewer), author)
+        kernel = inline(prune(fewer), author, apart=apart)
     kernel = simplify(kernel, (lambda node: known.get(node, node), flatten, pythagoras, collect, front), memo)
-    kernel = inline(share(kernel, names, known), author)
+    kernel = inline(share(kernel, names, known), author, apart=apart)
     return prune(with_constants(kernel, known)).checked()

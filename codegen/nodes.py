@@ -6,7 +6,7 @@ came about, and equal sums have that of the first one: a generation starts with 
 before it has no say in its text.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterable, Mapping
 from typing import Any, TypeVar
 
 import symengine as se
@@ -72,3 +72,15 @@ def holds(node: Any, *kinds: type) -> bool:
 @remembered
 def _kinds_of(node: Any) -> frozenset[type]:
     return frozenset((type(node),)).union(*map(_kinds_of, operands(node)))
+
+
+def reached(nodes: Iterable[Any], definitions: Mapping[Any, Any], but: Container[Any] = frozenset()) -> set[Any]:
+    """The nodes of expressions, of those of the temporaries among them, and so on; not what is in some of these."""
+    waiting, met = list(nodes), set[Any]()
+    while waiting:
+        node = waiting.pop()
+        if node not in met:
+            met.add(node)
+            if node not in but:
+                waiting += (definitions[node],) if node in definitions else operands(node)
+    return met

@@ -65,26 +65,27 @@ def in_order(pairs: Pairs, order: Sequence[int]) -> Ordering:
 
 
 def _minimum_degree(pairs: Pairs, n: int) -> list[int]:
-    """Of rows that hold as many, the first is taken."""
+    """Of rows that hold as many, those first that held fewest to begin with, as the last wheel does before the hull."""
     beside: dict[int, set[int]] = {row: set() for row in range(n)}
     for k, j in pairs:
         beside[k].add(j)
         beside[j].add(k)
-    heap = [(len(others), row) for row, others in beside.items()]
+    held = {row: len(others) for row, others in beside.items()}
+    heap = [(count, count, row) for row, count in held.items()]
     heapify(heap)
     order: list[int] = []
     while beside:
-        count, row = heappop(heap)
+        count, _, row = heappop(heap)
         if row not in beside or count != len(beside[row]):
             continue  # it was taken, or holds more or fewer by now, and stands there once more
         if count == len(beside) - 1:
-            return [*order, *sorted(beside)]  # all that are left hold each other
+            return [*order, *sorted(beside, key=lambda left: (held[left], left))]  # all that are left hold each other
         others = beside.pop(row)
         order.append(row)
         for other in others:
             beside[other] |= others
             beside[other] -= {row, other}
-            heappush(heap, (len(beside[other]), other))
+            heappush(heap, (len(beside[other]), held[other], other))
     return order
 
 

@@ -1,11 +1,11 @@
 """All kernels of a model, and where their symbols stand: what the templates write down."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from qddot.codegen.constrained_drafts import COLUMNS, RESTING, SEEN
+from qddot.codegen.constrained_drafts import COLUMNS, RESTING, SEEN, solution_slots
 from qddot.codegen.folding import fold
 from qddot.codegen.kernel import Assignment, Kernel, Slot
 from qddot.codegen.lagrange import Equations
@@ -58,6 +58,11 @@ class Program:
             return {symbol: Slot("parameters", (k,)) for k, symbol in enumerate(self.equations.parameters)}
         return self.slots
 
+    def solved_in(self, name: str) -> Mapping[Any, Slot]:
+        """Where the symbols stand that a kernel solves for."""
+        equations = self.equations_of(name)
+        return solution_slots(name, equations) if equations.solved_at_run_time else {}
+
     def equations_of(self, name: str) -> Equations:
         """What a kernel is made of: contacts that rest are among the constraints of some."""
         return self.equations.at_rest if name.startswith(RESTING) or name in SEEN else self.equations
@@ -74,7 +79,8 @@ def laid_out(
     used = frozenset().union(*(kernel.used for kernel in kernels.values()))
     computed = [symbol for symbol, _ in assignments if symbol in used]
     folds = any(kernel.loops for kernel in kernels.values())
-    constants = (*equations.parameters, *_by_kind(computed, sort=folds))
+    columns = [column for kernel in kernels.values() for loop in kernel.loops for column in loop.symbols.values()]
+    constants = (*equations.parameters, *_by_kind(computed, columns, sort=folds))
     steps = ("rhs", "jacobian", "input_jacobian", "constraints", "tangent", "events")
     resting = [name for name in kernels if name.startswith(RESTING)]
     hot = frozenset().union(*(kernels[name].used for name in (*steps, *resting) if name in kernels))
@@ -97,15 +103,21 @@ def laid_out(
     )
 
 
-def _by_kind(symbols: Sequence[Any], *, sort: bool) -> list[Any]:
+def _by_kind(symbols: Sequence[Any], columns: Iterable[Sequence[Any]], *, sort: bool) -> list[Any]:
     """The symbols, those together whose names differ only by numbers, so that a table can say them in one row.
 
-    sort: in the order of these numbers.
+    sort: in the order of these numbers. columns: symbols of the cells of loops, which stand one behind the other.
     """
     kinds: dict[str, list[Any]] = {}
     for symbol in symbols:
         kinds.setdefault(kind(str(symbol)), []).append(symbol)
-    return [symbol for alike in kinds.values() for symbol in (sorted(alike, key=numbers) if sort else alike)]
+    found = {name: sorted(alike, key=numbers) if sort else alike for name, alike in kinds.items()}
+    for column in columns:
+        first, *others = dict.fromkeys(kind(str(symbol)) for symbol in column)
+        for name in others:
+            if first in found and name in found:
+                found[first] = found[first] + found.pop(name)
+    return [symbol for alike in found.values() for symbol in alike]
 
 
 def _constants_kernel(
@@ -144,7 +156,7 @@ def _with_column(slot: Slot, kernel: Kernel, columns: Mapping[int, int]) -> Slot
 def check_even(program: Program) -> None:
     """UnevenError where what stands for symbols in a loop does not stand equally far apart."""
     for name, kernel in program.kernels.items():
-        slots = {**program.slots_of(name), **kernel.kept}
+        slots = {**program.slots_of(name), **program.solved_in(name), **kernel.kept}
         for loop in kernel.loops:
             for each in kernel.held & loop.symbols.keys():
                 _even([slots[symbol].index[0] for symbol in loop.symbols[each]])

@@ -8,14 +8,13 @@ from typing import Any
 import sympy
 
 from qddot.codegen.constrained import in_order
-from qddot.codegen.constrained_drafts import COLUMNS, RESTING, SYSTEM, calls, runtime_names, solution_slots
+from qddot.codegen.constrained_drafts import COLUMNS, RESTING, STAGES, calls, runtime_names, solution_slots
 from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.environment import environment
-from qddot.codegen.kernel import Kernel
-from qddot.codegen.kernel_text import ROOM, entry, paragraphs, unpacked
+from qddot.codegen.kernel import Kernel, Slot
+from qddot.codegen.kernel_text import ROOM, made_of, opening, paragraphs, temporaries, written
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.lookup import lookups
-from qddot.codegen.nodes import symbols_of
 from qddot.codegen.place_rows import place_rows
 from qddot.codegen.printer import Printer
 from qddot.codegen.program import Program
@@ -146,34 +145,34 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
 def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> Iterable[tuple[str, ...]]:
     """The paragraphs of a kernel that solves for accelerations: what it needs for that, the call, and what follows."""
     equations, base = program.equations_of(name), name.removeprefix(RESTING)
-    solved = solution_slots(name, equations)
-    reached, before, after = set(solved), list[str](), list[str]()
-    for symbol, expression in kernel.temporaries:
-        later = bool(symbols_of(expression) & reached)
-        reached |= {symbol} if later else set()
-        (after if later else before).append(f"{symbol} = {printer(expression)}")
-    filled = [(slot, e) for slot, e in kernel.writes if slot.argument in SYSTEM and e != 0]
-    columns = [(slot, e) for slot, e in kernel.writes if slot.argument in COLUMNS and e != 0]
-    others = [(slot, e) for slot, e in kernel.writes if slot.argument not in (*SYSTEM, *COLUMNS)]
+    solved, slots = solution_slots(name, equations), program.slots_of(name)
+    after = made_of(solved, kernel) & {symbol for symbol, _ in kernel.temporaries}
+    before = {symbol for symbol, _ in kernel.temporaries} - after
     reports = bool(kernel.used & solved.keys() - set(equations.accelerations))
     width = program.width(base) if base in ("jacobian", "input_jacobian") else 0
-    sizes = len(equations.coordinates), len(equations.constraints), width
-    called = calls(base, *sizes, reports=reports)
-    behind = 2 * sizes[0]  # rows of matrices behind those that are solved for
-    solved_for = sizes[0] * sizes[2] if columns else 0
-    places = [
-        (k + solved_for * (bool(columns) and slot.index[0] >= behind), (slot, e)) for k, (slot, e) in enumerate(others)
-    ]
-    yield unpacked(kernel, program.slots_of(name))
-    yield tuple(before)
-    yield called.made + tuple(f"{slot} = {printer(expression)}" for slot, expression in filled) + called.solved
-    yield tuple(f"{symbol} = {slot}" for symbol, slot in solved.items() if symbol in kernel.used)
-    yield tuple(after)
-    yield (
-        *(f"{slot} = {printer(expression)}" for slot, expression in columns),
-        *(f"{HEADS[name][0][-1]}[{k}] = {printer(e)}{entry(slot)}" for k, (slot, e) in places),
-        *called.last,
-    )
+    n, columns = len(equations.coordinates), any(slot.argument in COLUMNS for slot, _ in kernel.writes)
+    called = calls(base, n, len(equations.constraints), width, reports=reports)
+    others = [write for write in kernel.writes if write[0].argument not in (*STAGES, *kernel.arrays)]
+    rows = [write for write in others if columns and write[0].index[0] >= 2 * n]  # behind those that are solved for
+    first = [write for write in others if write not in rows]
+    all_slots = {**slots, **kernel.kept, **solved}
+    write = partial(written, kernel, slots=all_slots, printer=printer)
+    yield from opening(kernel, slots, printer, after)
+    yield called.made
+    yield from write(_of_stage(kernel, 0))
+    yield called.solved
+    yield tuple(f"{symbol} = {slot}" for symbol, slot in solved.items() if symbol in kernel.held)
+    yield temporaries(kernel, printer, None, before)
+    yield from write(_of_stage(kernel, 1))
+    yield from write(first, target=HEADS[name][0][-1])
+    yield from write(rows, target=HEADS[name][0][-1], start=kernel.entries(first) + n * width)
+    yield called.last
+
+
+def _of_stage(kernel: Kernel, stage: int) -> list[tuple[Slot, Any]]:
+    """What is written in a stage, loops last, each as a whole."""
+    found = [(slot, e) for slot, e in kernel.writes if STAGES.get(slot.argument) == stage and e != 0]
+    return sorted(found, key=lambda write: -1 if write[0].loop is None else write[0].loop)
 
 
 def rank(program: Program, kernel: Kernel, name: str = "rhs") -> dict[Any, int]:

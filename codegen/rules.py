@@ -41,15 +41,17 @@ def prune(kernel: Kernel) -> Kernel:
     return kernel.replace(reversed(kept), kernel.writes)
 
 
-def inline(kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozenset()) -> Kernel:
+def inline(
+    kernel: Kernel, keep: frozenset[Any], mere: frozenset[Any] = frozenset(), apart: frozenset[Any] = frozenset()
+) -> Kernel:
     """Put temporaries that are a mere symbol or number, or short and used once, where they are used; `keep` stay.
 
-    mere: those that go where they are used once, however long.
+    mere: those that go where they are used once, however long. apart: those that do not, however short.
     """
     if not kernel.temporaries:
         return kernel
     short = (symbol for symbol, expression in kernel.temporaries if operations(expression) <= _SHORT)
-    single = _single(kernel.expressions, {*short, *mere} - keep)
+    single = _single(kernel.expressions, {*short, *mere} - keep - apart)
     values: dict[Any, Any] = {}
     kept: list[Assignment] = []
 

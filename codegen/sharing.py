@@ -142,7 +142,10 @@ class _Sharing:
             sign = self._sign(found, self.parts[nodes[k]]) if k >= i + whole and nodes[k] not in self.given else 0
             if sign and not (kind is se.Mul and symbol in self.parts[nodes[k]]):
                 self._take(self.parts[nodes[k]], found, symbol, sign)
-                holders.setdefault(symbol, {})[k] = None
+                if symbol in self.parts[nodes[k]]:  # it may have cancelled
+                    holders.setdefault(symbol, {})[k] = None
+                else:
+                    del holders[symbol][k]
                 for part in shared:
                     del holders[part][k]
 

@@ -164,6 +164,7 @@ def rhs(t, state, inputs, constants, derivative):
     thetadot_3_squared = thetadot_3 * thetadot_3
 
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
+
     mass_matrix[0, 0] = constant_1
     mass_matrix[1, 0] = half_l_1_times_l_2_times_m_2 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
@@ -186,6 +187,7 @@ def rhs(t, state, inputs, constants, derivative):
     coordinates[0] = theta_1
     coordinates[1] = theta_2
     coordinates[2] = theta_3
+
     accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
 
     thetaddot_1 = right_side[0]
@@ -241,6 +243,7 @@ def jacobian(t, state, inputs, constants, values):
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     forces = blank(3, 6)
     drifts = blank(2, 6)
+
     mass_matrix[0, 0] = constant_1
     mass_matrix[1, 0] = 0.5 * tmp_2 * tmp_1
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
@@ -263,6 +266,7 @@ def jacobian(t, state, inputs, constants, values):
     coordinates[0] = theta_1
     coordinates[1] = theta_2
     coordinates[2] = theta_3
+
     accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
 
     thetaddot_1 = right_side[0]
@@ -297,9 +301,11 @@ def jacobian(t, state, inputs, constants, values):
     drifts[1, 4] = 2.0 * tmp_4 * thetadot_2
     drifts[1, 5] = -2.0 * tmp_5 * thetadot_3
     forces[2, 2] = l_3 * (sin_theta_3 * (0.5 * tmp_10 - lam_y) - cos_theta_3 * lam_x)
+
     values[0] = 1.0  # [0, 3]
     values[1] = 1.0  # [1, 4]
     values[2] = 1.0  # [2, 5]
+
     derivatives(constraint_matrix, workspace, forces, drifts, values, 3)
 
 
@@ -336,6 +342,7 @@ def input_jacobian(t, state, inputs, constants, values):
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     forces = blank(3, 1)
     drifts = blank(2, 1)
+
     mass_matrix[0, 0] = constant_1
     mass_matrix[1, 0] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
@@ -358,9 +365,11 @@ def input_jacobian(t, state, inputs, constants, values):
     coordinates[0] = theta_1
     coordinates[1] = theta_2
     coordinates[2] = theta_3
+
     accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
 
     forces[0, 0] = 1.0
+
     derivatives(constraint_matrix, workspace, forces, drifts, values, 0)
 
 
@@ -443,6 +452,7 @@ def outputs(t, state, inputs, constants, values):
 
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     multipliers, reactions = outcome(3, 2)
+
     mass_matrix[0, 0] = constant_1
     mass_matrix[1, 0] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
@@ -465,6 +475,7 @@ def outputs(t, state, inputs, constants, values):
     coordinates[0] = theta_1
     coordinates[1] = theta_2
     coordinates[2] = theta_3
+
     accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
     report(constraint_matrix, right_side, workspace, multipliers, reactions)
 
@@ -518,6 +529,7 @@ def scene(t, state, inputs, constants, values):
 
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     multipliers, reactions = outcome(3, 2)
+
     mass_matrix[0, 0] = constant_1
     mass_matrix[1, 0] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
@@ -540,6 +552,7 @@ def scene(t, state, inputs, constants, values):
     coordinates[0] = theta_1
     coordinates[1] = theta_2
     coordinates[2] = theta_3
+
     accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
     report(constraint_matrix, right_side, workspace, multipliers, reactions)
 
