@@ -1,8 +1,7 @@
 """Jacobians of chains and other long structures as bands, in an order of the states that makes them narrow.
 
-The order is Cuthill and McKee's, reversed, of the pattern that the derivation found; a mass matrix of one's own is
-dense. A band has an entry (i, j) of the matrix at column order[j], as LAPACK's dgbtrf wants it: see
-`linear_algebra.factorize_band`.
+The order is Cuthill and McKee's, reversed, of the pattern that the derivation found. A band has an entry (i, j) of the
+matrix at column order[j], as LAPACK's dgbtrf wants it: see `linear_algebra.factorize_band`.
 """
 
 from dataclasses import dataclass
@@ -12,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.linear_algebra import LARGEST_OWN, factorize_band, solve_band
+from qddot.runner.machine.linear_algebra import factorize_band, solve_band
 from qddot.runner.machine.memory import LEAN, floats, integers, matrix
-from qddot.runner.matrices import Pattern, PlacedKernel
-from qddot.runner.problem import Problem
+from qddot.runner.matrices import Pattern
 
 Integers = NDArray[np.int64]
 
@@ -36,6 +34,11 @@ class Band:
         """Numbers of a column, those included that fill in."""
         return 2 * self.lower + self.upper + 1
 
+    @property
+    def multiplications(self) -> int:
+        """Of an elimination, with rows exchanged."""
+        return len(self.order) * self.lower * (self.lower + self.upper)
+
     def places(self, pattern: Pattern) -> Integers:
         """Where the entries of a pattern stand (entries,)."""
         rows, columns = self.order[pattern.rows], self.order[pattern.columns]
@@ -48,12 +51,8 @@ class Band:
         return {**cells, "place_of": self.order, "scratch": np.zeros(n)}
 
 
-def band_of(problem: Problem) -> Band | None:
-    """The band of a problem's Jacobian; None where it has no pattern, is small, wide, or beside a mass matrix."""
-    n = len(problem.initial_state)
-    if n <= LARGEST_OWN or problem.mass_matrix is not None or not isinstance(problem.jacobian, PlacedKernel):
-        return None
-    rows, columns = problem.jacobian.pattern.rows, problem.jacobian.pattern.columns
+def band_of(n: int, rows: Integers, columns: Integers) -> Band | None:
+    """The band of entries at these places, in an order that makes it narrow; None where it is wide all the same."""
     order = _narrow_order(n, rows, columns)
     below = order[rows] - order[columns]
     found = Band(order, max(0, int(below.max(initial=0))), max(0, int(-below.min(initial=0))))
@@ -72,30 +71,13 @@ def _narrow_order(n: int, rows: Integers, columns: Integers) -> Integers:
 
 
 @compiled(**LEAN)
-def place(space, i, j):
-    """Where the entry (i, j) of the Jacobian stands; -1 where it is none of a band."""
-    if space.place_of == 0:
-        return i * space.n + j
+def place_in_band(space, i, j):
+    """Where the entry (i, j) of the Jacobian stands; -1 where it is none of the band."""
     order = integers(space.place_of, space.n)
     below = order[i] - order[j]
     if below > space.lower or -below > space.upper:
         return -1
     return order[j] * (space.cells // space.n) + space.lower + space.upper + below
-
-
-@compiled(**LEAN)
-def entry(space, i, j):
-    """The entry (i, j) of the Jacobian, 0 outside a band."""
-    where = place(space, i, j)
-    return floats(space.jacobian, space.cells)[where] if where >= 0 else 0.0
-
-
-@compiled(**LEAN)
-def set_entry(space, i, j, value):
-    """Set it; outside a band nothing happens."""
-    where = place(space, i, j)
-    if where >= 0:
-        floats(space.jacobian, space.cells)[where] = value
 
 
 @compiled(**LEAN)

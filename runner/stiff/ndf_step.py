@@ -10,9 +10,10 @@ from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.problem import Status
+from qddot.runner.stiff.matrix import square
 from qddot.runner.stiff.ndf_choice import choose_after_failure
 from qddot.runner.stiff.ndf_formulas import CORRECTION, DELTA, DIF, ERROR, GAMMA, INVERSE, PREDICTED, PSI, rescale
-from qddot.runner.stiff.space import X_NEW, F, X, square
+from qddot.runner.stiff.space import X_NEW, F, X
 from qddot.runner.stiff.system import (
     evaluate_f,
     evaluate_jacobian,

@@ -11,7 +11,8 @@ from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.problem import Status
-from qddot.runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, square, vectors
+from qddot.runner.stiff.matrix import square
+from qddot.runner.stiff.space import OWN, POLYNOMIAL, RELATIVE, THRESHOLD, X_NEW, F, X, vectors
 from qddot.runner.stiff.system import (
     careful_time_derivative,
     evaluate_f,

@@ -15,7 +15,8 @@ from qddot.runner.machine.pointers import pointer
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem
-from qddot.runner.stiff.band import band_of
+from qddot.runner.stiff.band import Band
+from qddot.runner.stiff.matrix import fields_of, structure_of
 
 #: Rows of the vectors v that every stiff method has: present and new state, f, atol/rtol (relative to at least that an
 #: error counts), the least rtol over that of the state, RELATIVE/(size against which errors count), three rows of
@@ -50,12 +51,13 @@ scalars_at = record_at(control_type([]))
 
 #: Fields beside those of every space. Of jacobian_kernel `entries` values (entries,) and
 #: their places in the matrix (entries,), places 0 where it fills the matrix itself; work: the vectors, (rows, n); mass,
-#: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). Where the Jacobian is a band, see `band`, there is no
-#: mass, jacobian and factors are `cells` numbers each, with lower, upper, place_of (n,) and scratch (n,); place_of is 0
-#: where it is none. factor_routine, solve_routine: LAPACK's. scalars: the record of the run's scalars, s.
+#: its pseudo_inverse, jacobian, factors (n, n); pivots (n,). Where the `structure` of the Jacobian is another, see
+#: `matrix`, there is no mass, and jacobian and factors are `cells` numbers each, with place_of (n,), scratch, and lower
+#: and upper of a `band`, or begins, columns and diagonals of `sparse` rows. factor_routine, solve_routine: LAPACK's.
+#: scalars: the record of the run's scalars, s.
 SPACE = space_layout(
     "entries values places rows mass pseudo_inverse jacobian factors pivots "
-    "cells lower upper place_of scratch factor_routine solve_routine scalars"
+    "cells structure lower upper place_of scratch begins columns diagonals factor_routine solve_routine scalars"
 )
 space_at = record_at(SPACE)
 
@@ -66,29 +68,26 @@ def vectors(space):
     return matrix(space.work, space.rows, space.n)
 
 
-@compiled(**VIEW)
-def square(space, where):
-    """The (n, n) matrix at an address."""
-    return matrix(where, space.n, space.n)
-
-
 def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
     """A space that holds the initial state, thresholds and mass matrix, and the arrays it points into.
 
     Raises ValueError for a mass matrix of the wrong shape, or an atol that is not one number or one for each state.
     """
-    n, band = len(problem.initial_state), band_of(problem)
+    n, structure = len(problem.initial_state), structure_of(problem)
     own: dict[str, NDArray[Any]] = {
         "work": _initial_vectors(problem, options, rows),
         "pivots": np.zeros(n, dtype=np.int64),
-        **(_dense(problem) if band is None else band.arrays()),
+        **(_dense(problem) if structure is None else structure.arrays()),
     }
     kernel, entries = 0, 0
     if isinstance(problem.jacobian, PlacedKernel):
         pattern = problem.jacobian.pattern
         entries = pattern.entries
         kernel = pointer(problem.jacobian.kernel, VECTOR_KERNEL, "jacobian")
-        own |= {"values": np.zeros(entries), "places": pattern.places() if band is None else band.places(pattern)}
+        own |= {
+            "values": np.zeros(entries),
+            "places": pattern.places() if structure is None else structure.places(pattern),
+        }
     elif problem.jacobian is not None:
         kernel = pointer(problem.jacobian, MATRIX_KERNEL, "jacobian")
     return make_space(
@@ -101,9 +100,8 @@ def space_for(problem: Problem, options: Options, rows: int) -> tuple[np.void, d
         rows=rows,
         stride=8 * n,
         cells=own["factors"].size,
-        lower=0 if band is None else band.lower,
-        upper=0 if band is None else band.upper,
-        **find_lapack(n, banded=band is not None)._asdict(),
+        **fields_of(structure),
+        **find_lapack(n, banded=isinstance(structure, Band))._asdict(),
     )
 
 

@@ -6,12 +6,19 @@ from qddot.runner.frame.space import constants, input_values, set_inputs, states
 from qddot.runner.frame.step_control import tolerance
 from qddot.runner.inputs.instants import side_of
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.linear_algebra import factorize, solve
-from qddot.runner.machine.memory import BLOCK, LEAN, floats, integers
+from qddot.runner.machine.memory import BLOCK, LEAN, floats
 from qddot.runner.machine.pointers import call_kernel, call_matrix_kernel
 from qddot.runner.machine.sums import any_beyond
 from qddot.runner.matrices import scatter
-from qddot.runner.stiff.band import entry, factorize_shifted_band, multiply_band, set_entry, solve_in_band
+from qddot.runner.stiff.matrix import (
+    entry,
+    factorize_combination,
+    multiply,
+    multiply_whole,
+    set_entry,
+    solve_combination,
+    square,
+)
 from qddot.runner.stiff.space import (
     DEGREE,
     F_OPPOSITE,
@@ -24,7 +31,6 @@ from qddot.runner.stiff.space import (
     WITHIN,
     F,
     X,
-    square,
 )
 
 #: Square root of the rounding unit: relative increment of a forward difference.
@@ -161,37 +167,21 @@ def find_non_finite(space, s, v):
 @compiled(**LEAN)
 def factorize_shifted(space, s, a, b):
     """Factorize a M - b df/dx; s.singular tells whether that failed."""
-    s.singular = factorize_shifted_band(space, a, b) if space.place_of != 0 else _factorize_shifted_dense(space, a, b)
+    s.singular = factorize_combination(space, a, b)
     s.factorizations += 1
-
-
-@compiled(**LEAN)
-def _factorize_shifted_dense(space, a, b):
-    n = space.n
-    mass, jacobian, factors = square(space, space.mass), square(space, space.jacobian), square(space, space.factors)
-    for j in range(n):
-        for i in range(n):
-            factors[j, i] = a * mass[i, j] - b * jacobian[i, j]  # by columns
-    return factorize(space, factors, integers(space.pivots, n)) >= 0
 
 
 @compiled(**LEAN)
 def solve_factorized(space, s, row):
     """Overwrite the row of v with the solution of the system last factorized."""
-    if space.place_of != 0:
-        solve_in_band(space, states(space, row))
-    else:
-        solve(space, square(space, space.factors), integers(space.pivots, space.n), states(space, row))
+    solve_combination(space, states(space, row))
     s.linear_solves += 1
 
 
 @compiled(**LEAN)
 def multiply_jacobian(space, v, row, target):
     """v[target] = df/dx v[row]."""
-    if space.place_of != 0:
-        multiply_band(space, states(space, row), states(space, target))
-    else:
-        _multiply(space, space.jacobian, v, row, target)
+    multiply(space, states(space, row), states(space, target))
 
 
 @compiled(**LEAN)
@@ -201,17 +191,7 @@ def apply_inverse_mass(space, s, v, row, target):
         for i in range(space.n):
             v[target, i] = v[row, i]
     else:
-        _multiply(space, space.pseudo_inverse, v, row, target)
-
-
-@compiled(**LEAN)
-def _multiply(space, where, v, row, target):
-    matrix = square(space, where)
-    for i in range(space.n):
-        total = 0.0
-        for j in range(space.n):
-            total += matrix[i, j] * v[row, j]
-        v[target, i] = total
+        multiply_whole(space, space.pseudo_inverse, states(space, row), states(space, target))
 
 
 @compiled(**LEAN)
