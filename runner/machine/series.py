@@ -26,9 +26,6 @@ SUMS = {
     **dict.fromkeys(FUNCTIONS, ((0, 1, "counted", False),)),
     "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
 }
-#: The sums that a loop over lower orders holds in registers at once.
-_SUMS = 14
-
 Names = tuple[str | None, ...]
 
 
@@ -58,10 +55,13 @@ class _Sum:
 
 
 class Emitter:
-    """Writes the function series(memory, order) for a packing."""
+    """Writes the function series(memory, order) for a packing.
 
-    def __init__(self, packing: Packing, code: VectorCode, memory: Memory) -> None:
-        self.packing, self.code, self.memory = packing, code, memory
+    at_once: the sums that a loop over lower orders holds in registers.
+    """
+
+    def __init__(self, packing: Packing, code: VectorCode, memory: Memory, at_once: int) -> None:
+        self.packing, self.code, self.memory, self.at_once = packing, code, memory, at_once
         self.table = packing.table
         self.unknowns = self.table.unknowns
         self.current: dict[int, Any] = {}
@@ -81,7 +81,7 @@ class Emitter:
             if group.live:
                 self._sums[group.index] = self._sums_of(group)
         integrals = [group for group in self.packing.groups if group.live and _is_integral(group)]
-        sense = code.load_scalar(SENSE)
+        sense = code.load_scalar(SENSE * self.memory.row)
         self._begin(sense, None)
         self._order(first=True)
         following = [self._following(group) for group in integrals]
@@ -156,13 +156,15 @@ class Emitter:
         stride = self.memory.state_stride
         for group, value in zip(integrals, values, strict=True):
             if group.kind == "state":
-                self.code.store(value, self.memory.states + group.index * self.code.width + stride, k, stride)
+                place = self.memory.states + group.index * self.code.width * self.memory.row
+                self.code.store(value, place + stride, k, stride)
 
     def _store_compared(self) -> None:
         memory = self.memory
         for number, group in enumerate(self.packing.kind("side")):
             compared = self.gather([node.arguments[0] for node in group.nodes])
-            self.code.store(compared, memory.compared + number * self.code.width, self._k, memory.side_stride)
+            place = memory.compared + number * self.code.width * memory.row
+            self.code.store(compared, place, self._k, memory.side_stride)
 
     # values of groups
 
@@ -183,7 +185,7 @@ class Emitter:
         if first and kind == "one":
             return code.constant([1.0])
         if first and kind == "time":
-            return code.splat(code.load_scalar(NOW))
+            return code.load_number(NOW * self.memory.row)
         if kind == "time":
             at_one = code.builder.icmp_signed("==", self._k, INTEGER(1))
             return code.splat(code.builder.select(at_one, self._sense, SCALAR(0.0)))
@@ -281,15 +283,15 @@ class Emitter:
         key = (tuple(names), how)
         if key not in self._operands:
             late = not self._late.isdisjoint(names) or not set(self.unknowns).isdisjoint(names)
-            place = self.memory.take((HIGHEST + 1) * self.code.width)
+            place = self.memory.take_history((HIGHEST + 1) * self.code.size)
             self._operands[key] = _Operand(key[0], how, place, late)
         return self._operands[key]
 
     def _sum_between(self) -> None:
         """The parts of all sums with 0 < j < k, several sums in a loop over j."""
         sums = [each for found in self._sums.values() for each in found]
-        for start in range(0, len(sums), _SUMS):
-            part = sums[start : start + _SUMS]
+        for start in range(0, len(sums), self.at_once):
+            part = sums[start : start + self.at_once]
             with self.code.loop(INTEGER(1), self._k, [self.code.zero] * len(part)) as (j, totals, after):
                 back = self.code.builder.sub(self._k, j)
                 loaded: dict[tuple[int, int], Any] = {}
