@@ -109,6 +109,14 @@ class Model:
     @cached_property
     def series(self) -> Any:
         """The compiled Taylor series of the states, a `SeriesCode`; a LoadError where the model has no recurrences."""
+        return self._series(1)
+
+    @cached_property
+    def lane_series(self) -> Any:
+        """`series` of as many runs as there are lanes."""
+        return self._series(abi.LANES)
+
+    def _series(self, runs: int) -> Any:
         from qddot.runner.machine.series_code import series_code  # noqa: PLC0415 - most runs need none
 
         tables = self.tables
@@ -118,7 +126,7 @@ class Model:
             raise LoadError(f"model {self.name} has no Taylor series: {reason}; choose another method, such as dop853")
         inputs = tuple(channel.name for channel in tables.inputs[: tables.rhs_inputs])
         try:
-            return series_code(tables.recurrence, self.state_names, inputs, tables.constant_names)
+            return series_code(tables.recurrence, self.state_names, inputs, tables.constant_names, runs)
         except ValueError as error:
             raise LoadError(f"model {self.name}: {error}; generate the model again") from None
 

@@ -115,7 +115,8 @@ def _compute(
         limit = task.options.divergence_limit
         propagate_batch(task.model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
     elif engine == "lanes":
-        run_in_lanes(task, lane_rhs(task.model), threads, progress, time_limit)
+        kernel = None if task.method.family == "taylor" else lane_rhs(task.model)
+        run_in_lanes(task, kernel, threads, progress, time_limit)
     else:
         run_one_by_one(task, progress, time_limit)
     return reason

@@ -11,7 +11,7 @@ from qddot.runner.options import TABLE, Options
 Way = Literal["lanes", "exact", "alone"]
 
 #: Methods that run in lanes.
-IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop853", "vern7")
+IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop853", "vern7", "taylor")
 
 
 def way_of(model: Model, method: Method, options: Options) -> tuple[Way, str]:
@@ -32,6 +32,17 @@ def _why_alone(model: Model, method: Method) -> str:
         return f"model {model.name} has constraints, on which each run is kept by itself; Baumgarte's run in lanes"
     if model.tables.events:
         return f"model {model.name} has events that act, and each run stops at times of its own"
+    if method.family == "taylor":
+        return _why_no_series(model)
     if lane_rhs(model) is None:
         return f"model {model.name} has no lane kernel: it calls a function without vectors"
+    return ""
+
+
+def _why_no_series(model: Model) -> str:
+    """Why runs by Taylor's method go alone."""
+    if not model.tables.recurrence:
+        return f"model {model.name} has no recurrences"
+    if model.series.table.sides:
+        return f"model {model.name} has conditions, at which each run by taylor ends a step of its own"
     return ""
