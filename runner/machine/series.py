@@ -34,12 +34,14 @@ class _Operand:
     """Coefficients of nodes side by side, as sums over lower orders take them: their history in memory.
 
     how: "" as they are; "counted" k times the k-th; "next" that of order k + 1. current, first: those of this order, 0.
+    ahead: whether "next" ones write this history, one order ahead, so that it is theirs too.
     """
 
     names: Names
     how: str
     place: int
     late: bool
+    ahead: bool = False
     current: Any = None
     first: Any = None
 
@@ -80,6 +82,7 @@ class Emitter:
         for group in self.packing.groups:
             if group.live:
                 self._sums[group.index] = self._sums_of(group)
+        self._share_histories()
         integrals = [group for group in self.packing.groups if group.live and _is_integral(group)]
         sense = code.load_scalar(SENSE * self.memory.row)
         self._begin(sense, None)
@@ -251,6 +254,8 @@ class Emitter:
 
     def _linear(self, group: Group, first: bool) -> Any:
         """A sum of factors times nodes, the terms in slots that each take from one group."""
+        if self.code.width == 1:
+            return self._linear_alone(group.nodes[0], first)
         slots: dict[int, list[list[tuple[Factor, str]]]] = {}
         constant: list[list[Factor]] = []
         for node in group.nodes:
@@ -270,6 +275,27 @@ class Emitter:
                 total = self.scaled(values, [term[0] if term else None for term in terms], total)
         return self.code.zero if total is None else total
 
+    def _linear_alone(self, node: Node, first: bool) -> Any:
+        """The sum of one node: what has one factor is added before it is multiplied, single terms from the last on.
+
+        Rows of masses that hang on each other have their first terms alike, or their last: LLVM shares such sums.
+        """
+        terms: dict[tuple[float, tuple[int, ...]], list[tuple[Factor, str]]] = {}
+        constant = [factor for factor, name in zip(node.factors, node.arguments, strict=True) if name == ONE]
+        for factor, name in zip(node.factors, node.arguments, strict=True):
+            if name != ONE:
+                terms.setdefault((abs(factor.number), factor.constants), []).append((factor, name))
+        total = None
+        for factor in constant if first else ():
+            total = self.row([factor]) if total is None else self.code.add(total, self.row([factor]))
+        for (factor, name), *others in sorted(reversed(terms.values()), key=len):
+            value = self.gather([name])
+            for other, another in others:
+                combine = self.code.add if other == factor else self.code.subtract
+                value = combine(value, self.gather([another]))
+            total = self.scaled(value, [factor], total)
+        return self.code.zero if total is None else total
+
     # sums over lower orders
 
     def _sums_of(self, group: Group) -> list[_Sum]:
@@ -283,13 +309,24 @@ class Emitter:
         key = (tuple(names), how)
         if key not in self._operands:
             late = not self._late.isdisjoint(names) or not set(self.unknowns).isdisjoint(names)
-            place = self.memory.take_history((HIGHEST + 1) * self.code.size)
+            place = self.memory.take_history((HIGHEST + 2) * self.code.size)
             self._operands[key] = _Operand(key[0], how, place, late)
         return self._operands[key]
+
+    def _share_histories(self) -> None:
+        """Let those of the next order write to the history of the same nodes, where there is one."""
+        for (names, how), operand in self._operands.items():
+            plain = self._operands.get((names, ""))
+            if how == "next" and plain:
+                plain.ahead = True
+                operand.place = plain.place + self.code.size
 
     def _sum_between(self) -> None:
         """The parts of all sums with 0 < j < k, several sums in a loop over j."""
         sums = [each for found in self._sums.values() for each in found]
+        if self.code.width == 1:  # those with a factor in common in one loop, which reads it once
+            places = {id(each.right): place for place, each in reversed(list(enumerate(sums)))}
+            sums.sort(key=lambda each: places[id(each.right)])
         for start in range(0, len(sums), self.at_once):
             part = sums[start : start + self.at_once]
             with self.code.loop(INTEGER(1), self._k, [self.code.zero] * len(part)) as (j, totals, after):
@@ -324,7 +361,8 @@ class Emitter:
                 value = self.code.zero if self._k is None else self.code.multiply(value, self._count)
             operand.current = value
             if final or not operand.late:
-                self.code.store(value, operand.place, self._k)
+                if self._k is None or not operand.ahead:
+                    self.code.store(value, operand.place, self._k)
                 if self._k is None:
                     operand.first = value
         return operand.current
