@@ -49,11 +49,11 @@ PACK = layout(
 #: least that advances the time; proposed: what the step was to be at first; tried: what is tried; lands: 1 where it
 #: ends at the stop; failures in a row; error, error_2: of the step; last_error; good: 1 where the step is accepted;
 #: fresh: 1 where the slope is to be taken anew; steps, failed: counts; longest: step; theta: where in its step, 0 to 1,
-#: dense output is wanted.
+#: dense output is wanted. Taylor's method: the same, but theta in s, and arrival: where the step ends, or else t.
 _CONTROL = """
     t h at side low high target start k step attention size
     active stop sample next least proposed tried lands failures error error_2 last_error
-    good fresh steps failed longest theta breakpoint zero
+    good fresh steps failed longest theta breakpoint zero arrival
 """
 CONTROL_NAMES = _CONTROL.split()
 #: Rows that are handed over whole.

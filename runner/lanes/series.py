@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from qddot.runner import abi
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.lanes.inputs import exchange, outside, turn
-from qddot.runner.lanes.lane import channel_of, lane_of
+from qddot.runner.lanes.lane import lane_of
 from qddot.runner.lanes.pack import AT, INPUT_ROWS, LANES
 from qddot.runner.lanes.pieces import SINE
-from qddot.runner.lanes.terms import write_waves
+from qddot.runner.lanes.terms import add_cubics, write_waves
 from qddot.runner.lanes.values import ROW
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
@@ -90,21 +90,6 @@ def set_present(rows, times):
         times[lane] = t
 
 
-@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, types.int64))
-def add_cubics(times, channel_rows, target, stride):
-    """Add a channel's cubics about the lanes' times to the four rows at `target` and strides further (doubles)."""
-    for lane in range(LANES):
-        channel = channel_of(channel_rows, lane)
-        rate = channel.rate
-        s = rate * times[lane] + channel.offset - channel.begin
-        c1, c2, c3 = channel.c1, channel.c2, channel.c3
-        bend = c2 + 3.0 * s * c3
-        target[lane] += channel.c0 + s * (c1 + s * (c2 + s * c3))
-        target[stride + lane] += rate * (c1 + s * (2.0 * c2 + 3.0 * s * c3))
-        target[2 * stride + lane] += rate * rate * bend
-        target[3 * stride + lane] += rate * rate * rate * c3
-
-
 @compiled(**LEAN)
 def write_inputs(batch, pack, series):
     """The series of all inputs of all lanes at their times AT, from the pieces that hold at SIDE.
@@ -125,8 +110,7 @@ def write_inputs(batch, pack, series):
         else:
             clear(target, series.input_stride, series.order if waved[i] else np.int64(3))
         waved[i] = kind[i] & SINE
-        times = doubles(pack.control + ROW * AT)
-        add_cubics(times, doubles(channel_rows), doubles(target), series.input_stride >> 3)
+        add_cubics(channel_rows, pack.control + ROW * AT, target, series.input_stride)
 
 
 @compiled(**LEAN)

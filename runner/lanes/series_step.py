@@ -26,18 +26,19 @@ def plan_steps(rows, first_step, with_inputs):
     """H and TARGET of all lanes: the step that the series allows, or to the end of a piece or the stop before that."""
     for lane in range(LANES):
         its = lane_of(rows, lane)
-        t, stop, longest = its.t, its.stop, its.longest
-        h = its.next
+        t, stop, longest, high, steps, h = its.t, its.stop, its.longest, its.high, its.steps, its.next
         h = h if h < longest else longest
-        h = first_step if (first_step > 0.0) & (its.steps == 0.0) & (first_step < h) else h
+        h = first_step if (first_step > 0.0) & (steps == 0.0) & (first_step < h) else h
         least = rounding(t)
-        end = its.high if its.high > t + least else t + least
-        end = end if (with_inputs != 0.0) & (end < stop) else stop
-        landing = h >= end - t
+        end, soonest = high if with_inputs != 0.0 else stop, t + least
+        end = end if end > soonest else soonest
+        end = end if end < stop else stop
+        ahead, target = end - t, t + h
+        landing = h >= ahead
         its.least = least
-        its.h = end - t if landing else h
-        its.target = end if landing else t + h
-        its.lands = 1.0 if landing & (end == stop) else 0.0
+        its.h = h if h < ahead else ahead
+        its.target = end if landing else target
+        its.lands = landing & (end == stop)
 
 
 @lane_loop(types.void(abi.POINTER))
@@ -52,15 +53,27 @@ def set_behind(rows):
 def judge_steps(rows, limit):
     """GOOD: 1 where a step counts, -1 where it is too small or leaves the bounds; how many lanes want a closer look.
 
-    Those are the ones that come to a stop or a sample, and the ones that are stuck.
+    Those come to a stop or a sample, or are stuck. ARRIVAL: the end of a step that counts, or the present.
     """
     found = 0
     for lane in range(LANES):
         its = lane_of(rows, lane)
-        active, size = its.active > 0.0, its.next
-        good = active & (size >= its.least) & (size > 0.0) & (its.size <= limit)
+        active, size, least, largest, t, target = its.active > 0.0, its.next, its.least, its.size, its.t, its.target
+        good = active & (size >= least) & (size > 0.0) & (largest <= limit)
         stuck = active & (not good)
-        its.good = 1.0 if good else (-1.0 if stuck else 0.0)
-        its.steps += 1.0 if good else 0.0
-        found += stuck | (good & ((its.lands > 0.0) | (its.sample <= its.target)))
+        lands, sample = its.lands > 0.0, its.sample
+        its.good = 1.0 * good - 1.0 * stuck
+        its.arrival = target if good else t
+        its.steps += 1.0 * good
+        found += stuck | (good & (lands | (sample <= target)))
     return found
+
+
+@lane_loop(types.void(abi.POINTER))
+def end_steps(rows):
+    """The end of a step that counts is the present."""
+    for lane in range(LANES):
+        its = lane_of(rows, lane)
+        arrival, good = its.arrival, its.good
+        its.t = arrival
+        its.good = good if good > 0.0 else 0.0

@@ -11,13 +11,12 @@ from numba import types
 
 from qddot.runner.lanes.adaptive import stuck_lanes
 from qddot.runner.lanes.attempts import begin, hand_over, plan
-from qddot.runner.lanes.judge import end_steps
 from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SIZE, THETA, H
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.samples import aim, write_aimed, write_samples
 from qddot.runner.lanes.series import SERIES_TYPE, look_around, take_factors
-from qddot.runner.lanes.series_step import judge_steps, plan_steps, set_behind, size_steps
+from qddot.runner.lanes.series_step import end_steps, judge_steps, plan_steps, set_behind, size_steps
 from qddot.runner.lanes.terms import size_states, size_terms
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
@@ -72,7 +71,7 @@ def fail(batch, pack, series, lane):
     its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
     new, state, when, status = floats(pack.new, batch.n * LANES), -1, its.t, NON_FINITE
     if its.next >= its.least and its.next > 0.0:
-        when = its.target
+        when = its.t + its.h
         for m in range(batch.n):
             if state < 0 and not abs(new[m * LANES + lane]) <= batch.limit:
                 state = m

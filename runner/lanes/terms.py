@@ -103,3 +103,29 @@ def write_waves(
         return context.get_dummy_value()
 
     return types.void(*[types.int64] * 6), emit
+
+
+@intrinsic
+def add_cubics(typing_context: Any, channel: Any, times: Any, target: Any, stride: Any) -> Any:
+    """Add the series of a channel's cubics about a row of times to the four rows at `target` and strides further."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        rows, present, first, bytes_on = arguments
+        names = ("rate", "offset", "begin", "c0", "c1", "c2", "c3")
+        rate, offset, begin, c0, c1, c2, c3 = (
+            load(builder, builder.add(rows, _INTEGER(ROW * CHANNEL_ROWS[name]))) for name in names
+        )
+        s = load(builder, present) * rate + offset + begin * -1.0
+        squared = rate * rate
+        series = (
+            ((c3 * s + c2) * s + c1) * s + c0,
+            ((c3 * s * 3.0 + c2 * 2.0) * s + c1) * rate,
+            (c3 * s * 3.0 + c2) * squared,
+            c3 * rate * squared,
+        )
+        for k, value in enumerate(series):
+            place = builder.add(first, builder.mul(bytes_on, _INTEGER(k)))
+            store(value + load(builder, place), place)
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 4), emit
