@@ -33,8 +33,8 @@ BATCH = layout(
 #: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;
 #: u; c; control and inputs: the rows named below), of integers per lane (run: -1 where idle; sample: the next one;
 #: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane), of weights of dense output, of cursors (LANES,
-#: channels) and kinds (channels,); waved: of channels whose series has a sine; taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be
-#: taken anew.
+#: channels) and kinds (channels,); waved: channels whose series has a sine; taken: steps; fresh: whether inputs (fixed
+#: steps) or slopes (adaptive) are to be taken anew. Taylor's method: slopes is the memory of the series, now within it.
 PACK = layout(
     "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
     "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader waved taken fresh"

@@ -1,7 +1,5 @@
 """Length and judgement of a Taylor step for all lanes at once: what `taylor.loop` and `taylor.step` do for one run."""
 
-import math
-
 from numba import types
 
 from qddot.runner import abi

@@ -73,9 +73,7 @@ def size_states(typing_context: Any, n: Any, rows: Any, target: Any) -> Any:
 
 
 @intrinsic
-def write_waves(
-    typing_context: Any, channel: Any, waves: Any, target: Any, stride: Any, order: Any, bends: Any
-) -> Any:
+def write_waves(typing_context: Any, channel: Any, waves: Any, target: Any, stride: Any, order: Any, bends: Any) -> Any:
     """Rows at `target` and strides further = the series of a channel's sines, to an order of 1 at least.
 
     x_k = -w^2 x_{k-2} / (k (k-1)). waves: rows of the sine and cosine of its angle; bends: -1/(k (k-1)), by order.

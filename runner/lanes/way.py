@@ -13,6 +13,10 @@ Way = Literal["lanes", "exact", "alone"]
 #: Methods that run in lanes.
 IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop853", "vern7", "taylor")
 
+#: The largest tables of recurrences that are compiled for lanes: beyond, a run alone fills the vectors as well, in code
+#: that is compiled in a fraction of the time (a pendulum of 24 links, a chain of 300 masses: 3 s beside 7 s).
+MOST_NODES, MOST_UNKNOWNS = 400, 16
+
 
 def way_of(model: Model, method: Method, options: Options) -> tuple[Way, str]:
     """The way of runs of this model, method and options; and why they do not go in lanes, nothing where they do."""
@@ -43,6 +47,9 @@ def _why_no_series(model: Model) -> str:
     """Why runs by Taylor's method go alone."""
     if not model.tables.recurrence:
         return f"model {model.name} has no recurrences"
-    if model.series.table.sides:
-        return f"model {model.name} has conditions, at which each run by taylor ends a step of its own"
+    table = model.series.table
+    if table.sides:
+        return f"model {model.name} has conditions, on which each run by taylor turns for itself"
+    if len(table.nodes) > MOST_NODES or len(table.unknowns) > MOST_UNKNOWNS:
+        return f"model {model.name} is so large that a run by taylor fills vectors alone"
     return ""

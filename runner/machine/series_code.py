@@ -103,9 +103,13 @@ def _machine() -> Any:
 def _shape(sums: int, runs: int) -> Shape:
     if runs == 1:
         return Shape(next(width for width, least in _WIDTHS if sums >= least))
+    return Shape(1, _register(), runs)
+
+
+def _register() -> int:
+    """Doubles of a register of vectors."""
     features = llvm.get_host_cpu_features()
-    lanes = 8 if features.get("avx512f") else 4
-    return Shape(1, lanes, runs)
+    return 8 if features.get("avx512f") else 4 if features.get("avx") else 2
 
 
 def _compiled(packing: Packing, memory: Memory, shape: Shape) -> bytes:

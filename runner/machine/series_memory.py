@@ -20,7 +20,7 @@ Placed = tuple[int, float, tuple[int, ...]]
 
 @dataclass(eq=False)
 class Memory:
-    """Order k of state i is at states + k*state_stride + i*row, and so are those of inputs and of what conditions compare.
+    """Order k of state i is at states + k*state_stride + i*row; so are those of inputs, and of what conditions compare.
 
     sides + i: 1 where the value that condition i compares is below zero; factors: all that depend on parameters. row:
     doubles of a number, 1 or those of all lanes.
@@ -44,7 +44,7 @@ class Memory:
         return place
 
     def take_history(self, count: int) -> int:
-        """The same an odd number of lines long: coefficients of one order of many histories share no place in a cache."""
+        """The same, an odd number of lines long: histories that are read together share no place in a cache."""
         lines = -(-count // 8)
         return self.take(8 * (lines + 1 - lines % 2))
 
