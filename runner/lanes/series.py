@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.inputs.instants import INSET
-from qddot.runner.lanes.inputs import exchange, outside, turn
+from qddot.runner.lanes.inputs import look_up, outside, turn
 from qddot.runner.lanes.lane import lane_of
 from qddot.runner.lanes.pack import AT, INPUT_ROWS, LANES
 from qddot.runner.lanes.pieces import SINE
@@ -97,7 +97,7 @@ def write_inputs(batch, pack, series):
     A sine's is written to all orders; without one those above the cubic's are 0, and stay so.
     """
     if outside(doubles(pack.control)) > 0:
-        exchange(batch, pack)
+        look_up(batch.look_up, batch, pack, 0)  # exchanges the pieces
     kind, leader = integers(pack.kind, batch.n_inputs), integers(pack.leader, batch.n_inputs)
     waved = integers(pack.waved, batch.n_inputs)
     for i in range(batch.n_inputs):

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from qddot.runner.explicit.step import pair_for
 from qddot.runner.frame.step_control import control_for
-from qddot.runner.lanes import adaptive, fixed, taylor
+from qddot.runner.lanes import adaptive, fixed
 from qddot.runner.lanes.inputs import LOOK_UP, read_inputs
 from qddot.runner.lanes.landing import LAND, land
 from qddot.runner.lanes.pack import LANES, make_pack
 from qddot.runner.lanes.restart import RESTART, restart
 from qddot.runner.lanes.samples import SAMPLE_WITHIN, write_samples_within
-from qddot.runner.lanes.series import series_for
 from qddot.runner.lanes.settle import SETTLE, settle
 from qddot.runner.load import Model
 from qddot.runner.machine.memory import address
@@ -106,6 +105,9 @@ def driver_for(method: Method, options: Options, model: Model) -> Driver:
 
 def _taylor(code: "SeriesCode", options: Options) -> Driver:
     """The driver of Taylor's method for the series of a model in lanes."""
+    from qddot.runner.lanes import taylor  # noqa: PLC0415 - what it imports is compiled, and most batches need none
+    from qddot.runner.lanes.series import series_for  # noqa: PLC0415
+
     series, arrays = series_for(code, options.least_rtol)
     loop, arguments, order = taylor.compiled_loop(), (series,), int(series["order"])
     functions = _addresses(look_up=(read_inputs, LOOK_UP))
