@@ -65,7 +65,8 @@ def simulate_batch(
     times = _output_times(output_times, samples)
     settings, method = _options(chosen, options), chosen.name
     if chosen.family == "auto":
-        chosen, settings, why = choose_for_many(model, Options(**options))
+        series = way_of(model, find_method("taylor"), Options())[0] == "lanes"
+        chosen, settings, why = choose_for_many(model, Options(**options), series_in_lanes=series)
         method = f"{chosen.name}, since {why}"
     task = make_task(model, chosen, settings, span, runs, parameters, initial, guess, inputs, times, names)
     if names is not None and times is None:

@@ -47,7 +47,7 @@ def _why_no_series(model: Model) -> str:
     """Why runs by Taylor's method go alone."""
     if not model.tables.recurrence:
         return f"model {model.name} has no recurrences"
-    table = model.series.table
+    table = model.recurrences
     if table.sides:
         return f"model {model.name} has conditions, on which each run by taylor turns for itself"
     if len(table.nodes) > MOST_NODES or len(table.unknowns) > MOST_UNKNOWNS:
