@@ -112,7 +112,7 @@ def _taylor(code: "SeriesCode", options: Options) -> Driver:
     loop, arguments, order = taylor.compiled_loop(), (series,), int(series["order"])
     functions = _addresses(look_up=(read_inputs, LOOK_UP))
     memory = -(-code.memory.size // LANES)
-    return Driver(taylor.compiled_start(), loop, arguments, arguments, order * order, functions, (code, arrays), memory)
+    return Driver(taylor.compiled_start(), loop, arguments, arguments, order, functions, (code, arrays), memory)
 
 
 def _addresses(**functions: tuple[Any, Any]) -> dict[str, int]:

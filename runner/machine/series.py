@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from qddot.runner.machine.packing import Group, Packing, arity
-from qddot.runner.machine.recurrences import FUNCTIONS, ONE, Factor, Node
+from qddot.runner.machine.recurrences import FUNCTIONS, Factor, Node
+from qddot.runner.machine.series_linear import linear
 from qddot.runner.machine.series_memory import HIGHEST, NOW, SENSE, Memory
 from qddot.runner.machine.series_solve import eliminate, solution
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
@@ -141,7 +142,7 @@ class Emitter:
                 value = self.code.multiply_add(self._held[group.index], accelerations, self.current[group.index])
                 self.current[group.index] = value
             elif group.late and group.kind == "linear":
-                self.current[group.index] = self._linear(group, first)
+                self.current[group.index] = linear(self, group.nodes, first)
 
     # what is carried from order to order
 
@@ -175,7 +176,7 @@ class Emitter:
         if group.kind in ("state", "input", "side", "solved", "one", "time"):
             return self._given(group, first)
         if group.kind in ("linear", "where"):
-            return self._linear(group, first) if group.kind == "linear" else self._where(group, first)
+            return linear(self, group.nodes, first) if group.kind == "linear" else self._where(group, first)
         value = self._first_value(group) if first else None
         ends = [self._ends(each, first) for each in self._sums.get(group.index, ())]
         if group.kind == "rate":
@@ -251,50 +252,6 @@ class Emitter:
             self._held[group.index] = self.code.builder.fcmp_ordered(">", side, self.code.splat(0.5))
         yes, no = (self.gather([node.arguments[i] for node in group.nodes]) for i in (1, 2))
         return self.code.builder.select(self._held[group.index], yes, no)
-
-    def _linear(self, group: Group, first: bool) -> Any:
-        """A sum of factors times nodes, the terms in slots that each take from one group."""
-        if self.code.width == 1:
-            return self._linear_alone(group.nodes[0], first)
-        slots: dict[int, list[list[tuple[Factor, str]]]] = {}
-        constant: list[list[Factor]] = []
-        for node in group.nodes:
-            own: dict[int, list[tuple[Factor, str]]] = {}
-            constant.append([f for f, name in zip(node.factors, node.arguments, strict=True) if name == ONE])
-            for factor, name in zip(node.factors, node.arguments, strict=True):
-                if name != ONE:
-                    own.setdefault(self.packing.home[name][0], []).append((factor, name))
-            for source in own.keys() | slots.keys():
-                slots.setdefault(source, [[] for _ in constant[:-1]]).append(own.get(source, []))
-        total = None
-        for row in _transposed(constant) if first else ():
-            total = self.row(row) if total is None else self.code.add(total, self.row(row))
-        for source in sorted(slots):
-            for terms in _transposed(slots[source]):
-                values = self.gather([term[1] if term else None for term in terms])
-                total = self.scaled(values, [term[0] if term else None for term in terms], total)
-        return self.code.zero if total is None else total
-
-    def _linear_alone(self, node: Node, first: bool) -> Any:
-        """The sum of one node: what has one factor is added before it is multiplied, single terms from the last on.
-
-        Rows of masses that hang on each other have their first terms alike, or their last: LLVM shares such sums.
-        """
-        terms: dict[tuple[float, tuple[int, ...]], list[tuple[Factor, str]]] = {}
-        constant = [factor for factor, name in zip(node.factors, node.arguments, strict=True) if name == ONE]
-        for factor, name in zip(node.factors, node.arguments, strict=True):
-            if name != ONE:
-                terms.setdefault((abs(factor.number), factor.constants), []).append((factor, name))
-        total = None
-        for factor in constant if first else ():
-            total = self.row([factor]) if total is None else self.code.add(total, self.row([factor]))
-        for (factor, name), *others in sorted(reversed(terms.values()), key=len):
-            value = self.gather([name])
-            for other, another in others:
-                combine = self.code.add if other == factor else self.code.subtract
-                value = combine(value, self.gather([another]))
-            total = self.scaled(value, [factor], total)
-        return self.code.zero if total is None else total
 
     # sums over lower orders
 
@@ -414,8 +371,3 @@ def _is_integral(group: Group) -> bool:
 def _columns(nodes: Sequence[Node]) -> list[list[str]]:
     """First arguments of all nodes, second ones, ..."""
     return [list(column) for column in zip(*(node.arguments for node in nodes), strict=True)]
-
-
-def _transposed(rows: list[list[Any]]) -> list[list[Any]]:
-    """First items of rows of different lengths, second ones, ...; None where there is none."""
-    return [[row[i] if i < len(row) else None for row in rows] for i in range(max(map(len, rows), default=0))]
