@@ -1,6 +1,6 @@
 """Nodes that are sums of factors times other nodes: side by side in slots, or one in all lanes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from qddot.runner.machine.packing import Packing
@@ -51,7 +51,7 @@ def _linear_alone(emitter: Emitter, node: Node, first: bool) -> Any:
     Rows of masses that hang on each other have their first terms alike, or their last: LLVM shares such sums.
     """
     code, total = emitter.code, _sum_of_rows(emitter, [[each] for each in _constants(node)] if first else [])
-    for (factor, name), *others in sorted(reversed(_by_size(node).values()), key=len):
+    for (factor, name), *others in sorted(_by_size(node)[::-1], key=len):
         value = emitter.gather([name])
         for other, another in others:
             combine = code.add if other == factor else code.subtract
@@ -60,12 +60,12 @@ def _linear_alone(emitter: Emitter, node: Node, first: bool) -> Any:
     return code.zero if total is None else total
 
 
-def _by_size(node: Node) -> Mapping[Any, list[tuple[Factor, str]]]:
+def _by_size(node: Node) -> list[list[tuple[Factor, str]]]:
     """A node's terms by the size of their factors."""
     found: dict[Any, list[tuple[Factor, str]]] = {}
     for factor, name in _terms(node):
         found.setdefault((abs(factor.number), factor.constants), []).append((factor, name))
-    return found
+    return list(found.values())
 
 
 def _terms(node: Node) -> list[tuple[Factor, str]]:
