@@ -66,5 +66,5 @@ def test_a_copy_of_the_same_source_takes_what_was_compiled(tmp_path):
         env={**os.environ, **environment},
     )
     loops, names = done.stdout.strip().split("] ")
-    assert loops == "[1, 1, 1"
+    assert loops == "[1, 1, 1, 1"
     assert "run_slice" not in names and "restart" not in names and "read_inputs" not in names
