@@ -29,7 +29,7 @@ STEP = 1e-4
 CHECKED = 16
 #: Runs that suffice for the time of one where a tool takes long; it gains nothing from more.
 ENOUGH = 1000
-METHODS = ("dop853", "vern7", "tsit5")
+METHODS = ("taylor", "dop853", "vern7", "tsit5")
 PEERS: dict[str, Preparation] = {
     "heyoka batch": peer("heyoka", "many"),
     "numbalsoda dop853 under prange": peer("numbalsoda", "many"),

@@ -62,12 +62,18 @@ def _against_series(model: "Model", problem: Problem, turns: float) -> str:
     return f"the inputs have {knots} knots" if knots > KNOTS * max(turns, 1.0) else ""
 
 
-def choose_for_many(model: "Model", options: Options) -> tuple[Method, Options, str]:
-    """The same for many runs at once, whose inputs and parameters differ: by the model alone."""
+def choose_for_many(model: "Model", options: Options, *, series_in_lanes: bool) -> tuple[Method, Options, str]:
+    """The same for many runs at once, whose inputs and parameters differ: by the model alone.
+
+    series_in_lanes: whether its runs by Taylor's method go in lanes. A series ends at every knot of an input, and one
+    or another of so many may be a table of many: it is chosen where there are no inputs.
+    """
     linear = model.tables.linear and not model.tables.contacts
     if _may(options, "exact") and linear and len(model.state_names) <= MOST_EXACT:
         return _chosen("exact", options, "the model is linear")
     rtol = TABLE["rtol"].default if options.rtol is None else options.least_rtol
+    if series_in_lanes and not model.tables.free_inputs and _may(options, "taylor"):
+        return _chosen("taylor", options, "the model is smooth, without inputs, and many runs go in lanes")
     return _chosen("vern7" if rtol >= TIGHT else "dop853", options, "many runs go in lanes")
 
 

@@ -6,12 +6,12 @@ import importlib
 import importlib.util
 import pkgutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numba.core.errors import NumbaError
@@ -22,6 +22,7 @@ from qddot.runner import abi, notebook
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.machine.compiled import keeping_module
 from qddot.runner.machine.kernel import Kernel, compiled_kernel
+from qddot.runner.machine.recurrences import Recurrences, read_recurrences
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.read_tables import LoadError, read_tables
 from qddot.runner.stale import fitting, kernel_digest
@@ -29,6 +30,8 @@ from qddot.runner.tables import Tables
 from qddot.words import counted
 
 __all__ = ["LoadError", "Model", "Parameters", "available", "load"]
+
+_T = TypeVar("_T")
 
 #: The name of a parameter set, values by name, or both; None for the defaults.
 Parameters = str | Mapping[str, float] | tuple[str | None, Mapping[str, float]] | None
@@ -111,6 +114,21 @@ class Model:
         """The compiled Taylor series of the states, a `SeriesCode`; a LoadError where the model has no recurrences."""
         from qddot.runner.machine.series_code import series_code  # noqa: PLC0415 - most runs need none
 
+        return self._made_of_recurrences(series_code)
+
+    @cached_property
+    def lane_series(self) -> Any:
+        """`series` of as many runs as there are lanes."""
+        from qddot.runner.machine.series_code import series_code  # noqa: PLC0415 - most runs need none
+
+        return self._made_of_recurrences(partial(series_code, runs=abi.LANES))
+
+    @cached_property
+    def recurrences(self) -> Recurrences:
+        """The recurrences of the states' Taylor series, read; a LoadError where the model has none."""
+        return self._made_of_recurrences(read_recurrences)
+
+    def _made_of_recurrences(self, make: Callable[..., _T]) -> _T:
         tables = self.tables
         if not tables.recurrence:
             missing = tables.without_recurrence
@@ -118,7 +136,7 @@ class Model:
             raise LoadError(f"model {self.name} has no Taylor series: {reason}; choose another method, such as dop853")
         inputs = tuple(channel.name for channel in tables.inputs[: tables.rhs_inputs])
         try:
-            return series_code(tables.recurrence, self.state_names, inputs, tables.constant_names)
+            return make(tables.recurrence, self.state_names, inputs, tables.constant_names)
         except ValueError as error:
             raise LoadError(f"model {self.name}: {error}; generate the model again") from None
 

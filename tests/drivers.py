@@ -39,6 +39,7 @@ TASKS = {
     "taylor": lambda: _run("double_pendulum", "taylor"),
     "adaptive lanes": lambda: _batch("vern7"),
     "lanes": lambda: _batch("rk4", step=0.01),
+    "taylor lanes": lambda: _batch("taylor"),
 }
 
 

@@ -62,7 +62,7 @@ def test_a_linear_model_is_propagated_exactly_if_nothing_else_is_asked_for():
     assert chosen(model, initial=start) == ("exact", "the model is linear")
     assert chosen(model, initial=start, rtol=1e-9)[0] == "exact"
     assert chosen(model, initial=start, max_step=0.01)[0] == "taylor"
-    assert choose_for_many(model, qddot.Options(rtol=1e-6))[0].name == "exact"
+    assert choose_for_many(model, qddot.Options(rtol=1e-6), series_in_lanes=True)[0].name == "exact"
 
 
 def test_a_spline_of_many_knots_takes_a_runge_kutta_method(model):
@@ -80,8 +80,17 @@ def test_what_has_no_series_takes_a_runge_kutta_method(folder):
 
 
 def test_many_nonlinear_runs_go_in_lanes(model):
-    method, options, reason = choose_for_many(model, qddot.Options(rtol=1e-6))
+    method, options, reason = choose_for_many(model, qddot.Options(rtol=1e-6), series_in_lanes=True)
     assert (method.name, options.rtol, reason) == ("vern7", 1e-6, "many runs go in lanes")
+
+
+def test_many_runs_without_inputs_go_by_series_where_these_go_in_lanes():
+    model = qddot.load("double_pendulum")
+    for series, name in ((True, "taylor"), (False, "vern7")):
+        assert choose_for_many(model, qddot.Options(rtol=1e-6), series_in_lanes=series)[0].name == name
+    found = qddot.simulate_batch(model, (0.0, 0.1), method="auto", initial=np.full((2, 4), 0.1))
+    assert found.in_lanes
+    assert found.method == "taylor, since the model is smooth, without inputs, and many runs go in lanes"
 
 
 def test_the_solution_tells_what_was_chosen(model):

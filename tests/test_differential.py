@@ -63,7 +63,7 @@ def assert_in_batches(drawn, model, methods):
         fixed = METHODS[method].family == "fixed"
         options = {"step": STEP} if fixed else {} if method == "exact" else {"rtol": RTOL, "atol": ATOL}
         batch = qddot.simulate_batch(model, SPAN, method=method, parameters={name: values}, **options, **given)
-        assert batch.reason == "" or method == "exact"
+        assert batch.reason == "" or method == "exact" or (method == "taylor" and drawn.kind == "kinked")
         for run in (0, RUNS - 1):
             alone = qddot.simulate(model, SPAN, method=method, parameters={name: values[run]}, **options, **given)
             np.testing.assert_allclose(batch.samples[run], states(alone, model), rtol=0, atol=1e-8, err_msg=method)

@@ -20,18 +20,18 @@ class Listener(event.Listener):
     def on_end(self, ended):
         pass
 event.register("numba:compile", Listener())
-from qddot.runner.lanes import adaptive, fixed
+from qddot.runner.lanes import adaptive, fixed, taylor
 from qddot.runner.exact.batch import _compiled_runs
 from qddot.runner.methods import find_method
 model, at = qddot.load("quarter_car"), numpy.arange(40.0)
 road = qddot.signal.table(at - 9, numpy.sin(at), "cubic")
-for method in ("rk4", "dop853", "exact"):
+for method in ("rk4", "dop853", "taylor", "exact"):
     step = {"step": 1e-3} if method == "rk4" else {}
     given = {"inputs": {"z_r": road}, "output_times": 3, "names": ["z_s"], **step}
     qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, **given)
 pair = find_method("dop853").pair
 in_lanes = (fixed.compiled_loop("rk4", 4), adaptive.compiled_loop("dop853", pair.dense.stages, pair.next_slope))
-loops = (*in_lanes, _compiled_runs())
+loops = (*in_lanes, taylor.compiled_loop(), _compiled_runs())
 print([sum(loop.stats.cache_hits.values()) for loop in loops], names)
 """
 
@@ -45,7 +45,7 @@ def first():
 def test_a_second_process_compiles_nothing(first):
     """Loops, what they call by address, the lane kernel and the exact batch come from the cache, in every process."""
     assert first.returncode == 0, first.stderr
-    assert command(code=SECOND_PROCESS).stdout.strip() == "[1, 1, 1] []"
+    assert command(code=SECOND_PROCESS).stdout.strip() == "[1, 1, 1, 1] []"
 
 
 @pytest.mark.usefixtures("first")
@@ -66,5 +66,5 @@ def test_a_copy_of_the_same_source_takes_what_was_compiled(tmp_path):
         env={**os.environ, **environment},
     )
     loops, names = done.stdout.strip().split("] ")
-    assert loops == "[1, 1, 1"
+    assert loops == "[1, 1, 1, 1"
     assert "run_slice" not in names and "restart" not in names and "read_inputs" not in names

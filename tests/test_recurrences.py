@@ -159,6 +159,41 @@ def test_the_machine_code_agrees_with_the_rows():
         np.testing.assert_allclose(found[:, i], expected, rtol=1e-11, atol=1e-13, err_msg=list(EXPRESSIONS)[i])
 
 
+@pytest.mark.parametrize("lanes", [2, 4, 8])
+def test_each_lane_of_the_machine_code_is_what_the_run_alone_is(lanes, monkeypatch):
+    """Every rule, with constants, inputs and times of its own in each lane, rows in parts of any number of lanes."""
+    monkeypatch.setattr(machine, "_register", lambda: lanes)
+    text, states = table()
+    alone, rows = (
+        series_code(text, states, ("a", "b"), ("k",)),
+        series_code.__wrapped__(text, states, ("a", "b"), ("k",), 8),
+    )
+    found = sides_of(alone.table, [CONSTANT], given(alone.table), 0.25)
+    sides = [found[name] for name in alone.table.sides]
+    scale, places = np.random.default_rng(2).uniform(0.98, 1.02, (3, 8)), rows.memory
+    inputs = np.array([[ARGUMENTS[name][k] if k < len(ARGUMENTS[name]) else 0.0 for name in "ab"] for k in range(5)])
+    buffer = np.zeros(places.size + 8)
+    memory = buffer[(-(buffer.ctypes.data // 8)) % 8 :][: places.size]
+    memory[:16] = *np.ones(8), *0.25 * scale[2]
+    for place, number, constants in places.factors:
+        memory[place : place + 8] = number * (CONSTANT * scale[0]) ** len(constants)
+    for i, side in enumerate(sides):
+        memory[places.sides + 8 * i :][:8] = side
+    for k, i in np.ndindex(inputs.shape):
+        memory[places.inputs + k * places.input_stride + 8 * i :][:8] = inputs[k, i] * scale[1]
+    ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64)(rows.series)(memory.ctypes.data, ORDER)
+    series = memory[places.states :][: (ORDER + 1) * places.state_stride].reshape(ORDER + 1, -1, 8)
+    times, target = 0.1 * scale[2], np.zeros(places.state_stride)
+    sum_up = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)(rows.polynomial)
+    sum_up(memory.ctypes.data, ORDER, times.ctypes.data, target.ctypes.data)
+    for lane in range(8):
+        given_lane = [CONSTANT * scale[0, lane]], np.zeros(len(states)), inputs * scale[1, lane], ORDER
+        expected = run(alone, *given_lane, t=0.25 * scale[2, lane], sides=sides)
+        np.testing.assert_allclose(series[:, :, lane], expected, rtol=1e-10, atol=1e-12)
+        summed = sum(expected[k] * times[lane] ** k for k in range(ORDER + 1))
+        np.testing.assert_allclose(target.reshape(-1, 8)[:, lane], summed, rtol=1e-11, atol=1e-12)
+
+
 @pytest.mark.parametrize(("sense", "width"), [(1, 2), (-1, 4), (1, 8)])
 @pytest.mark.parametrize("name", [name for name in available() if qddot.load(name).tables.recurrence])
 def test_the_series_of_a_model_is_that_of_its_table(name, sense, width, monkeypatch):

@@ -42,8 +42,15 @@ def finish(batch, pack, pair, lane, status):
     its = control_of(pack, lane)
     steps, failed = np.int64(its.steps), np.int64(its.failed)
     ends_with_next = pair.next_slope < pair.stages
-    integers(pack.steps, LANES)[lane], integers(pack.failed_attempts, LANES)[lane] = steps, failed
-    integers(pack.evaluations, LANES)[lane] += (steps + failed) * (pair.stages - 1) + (0 if ends_with_next else steps)
+    hand_over(batch, pack, lane, status, (steps + failed) * (pair.stages - 1) + (0 if ends_with_next else steps))
+
+
+@compiled(**LEAN)
+def hand_over(batch, pack, lane, status, evaluations):
+    """Write the results of a lane's run, so many evaluations being added to those that it has counted."""
+    its = control_of(pack, lane)
+    integers(pack.steps, LANES)[lane], integers(pack.failed_attempts, LANES)[lane] = its.steps, its.failed
+    integers(pack.evaluations, LANES)[lane] += evaluations
     leave(batch, pack, lane, status, pack.now)
 
 

@@ -65,7 +65,8 @@ def simulate_batch(
     times = _output_times(output_times, samples)
     settings, method = _options(chosen, options), chosen.name
     if chosen.family == "auto":
-        chosen, settings, why = choose_for_many(model, Options(**options))
+        series = way_of(model, find_method("taylor"), Options())[0] == "lanes"
+        chosen, settings, why = choose_for_many(model, Options(**options), series_in_lanes=series)
         method = f"{chosen.name}, since {why}"
     task = make_task(model, chosen, settings, span, runs, parameters, initial, guess, inputs, times, names)
     if names is not None and times is None:
@@ -115,7 +116,8 @@ def _compute(
         limit = task.options.divergence_limit
         propagate_batch(task.model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
     elif engine == "lanes":
-        run_in_lanes(task, lane_rhs(task.model), threads, progress, time_limit)
+        kernel = None if task.method.family == "taylor" else lane_rhs(task.model)
+        run_in_lanes(task, kernel, threads, progress, time_limit)
     else:
         run_one_by_one(task, progress, time_limit)
     return reason

@@ -33,11 +33,11 @@ BATCH = layout(
 #: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;
 #: u; c; control and inputs: the rows named below), of integers per lane (run: -1 where idle; sample: the next one;
 #: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane), of weights of dense output, of cursors (LANES,
-#: channels) and kinds (channels,); taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be
-#: taken anew.
+#: channels) and kinds (channels,); waved: channels whose series has a sine; taken: steps; fresh: whether inputs (fixed
+#: steps) or slopes (adaptive) are to be taken anew. Taylor's method: slopes is the memory of the series, now within it.
 PACK = layout(
     "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
-    "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader taken fresh"
+    "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader waved taken fresh"
 )
 
 #: Rows of `control`, one number a lane, which a lane reads by name (see `lane`). t: time of the state; h: length of the
@@ -49,15 +49,16 @@ PACK = layout(
 #: least that advances the time; proposed: what the step was to be at first; tried: what is tried; lands: 1 where it
 #: ends at the stop; failures in a row; error, error_2: of the step; last_error; good: 1 where the step is accepted;
 #: fresh: 1 where the slope is to be taken anew; steps, failed: counts; longest: step; theta: where in its step, 0 to 1,
-#: dense output is wanted.
+#: dense output is wanted. Taylor's method: the same, but theta in s, and arrival: where the step ends, or else t.
 _CONTROL = """
     t h at side low high target start k step attention size
     active stop sample next least proposed tried lands failures error error_2 last_error
-    good fresh steps failed longest theta breakpoint zero
+    good fresh steps failed longest theta breakpoint zero arrival
 """
 CONTROL_NAMES = _CONTROL.split()
 #: Rows that are handed over whole.
-AT, H, SIZE, ERROR, GOOD, FRESH = map(CONTROL_NAMES.index, ("at", "h", "size", "error", "good", "fresh"))
+_WHOLE = ("at", "h", "size", "error", "good", "fresh", "theta")
+AT, H, SIZE, ERROR, GOOD, FRESH, THETA = map(CONTROL_NAMES.index, _WHOLE)
 
 #: Rows of each input channel: value(t) = c0 + s*(c1 + s*(c2 + s*c3)) + sine_part*sin(angle) +
 #: cosine_part*cos(angle), where angle = frequency*(t - zero) and s = rate*t + offset - begin.
@@ -79,14 +80,14 @@ def rows(count: int) -> NDArray[np.float64]:
     return buffer[-(buffer.ctypes.data // 8) % 8 :][: max(1, count) * LANES]
 
 
-def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
-    """A pack of idle lanes for a method of so many slopes, and the arrays it points into."""
+def make_pack(batch: np.void, slope_rows: int) -> tuple[np.void, dict[str, NDArray[Any]]]:
+    """A pack of idle lanes for a method that keeps so many rows of slopes, and the arrays it points into."""
     n, channels = int(batch["n"]), max(1, int(batch["channels"]))
     arrays: dict[str, NDArray[Any]] = {
         "now": rows(n),
         "new": rows(n),
         "stage": rows(n),
-        "slopes": rows(slopes * n),
+        "slopes": rows(slope_rows),
         "u": rows(channels),
         "c": rows(int(batch["n_constants"])),
         "control": rows(len(CONTROL_NAMES)),
@@ -101,5 +102,6 @@ def make_pack(batch: np.void, slopes: int) -> tuple[np.void, dict[str, NDArray[A
         arrays[name] = np.full(LANES, -1 if name == "run" else 0, dtype=np.int64)
     for name in ("piece", "break_at", "lane_kind"):
         arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
-    arrays["kind"], arrays["leader"] = np.full(channels, -1), np.zeros(channels, dtype=np.int64)
+    arrays["kind"] = np.full(channels, -1)
+    arrays["leader"], arrays["waved"] = np.zeros((2, channels), dtype=np.int64)
     return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays

@@ -125,7 +125,6 @@ def aim(batch, pack):
 @compiled(**BY_ADDRESS)
 def write_samples_within(batch, pack, pair):
     """Write the samples of all lanes within the steps they just made by dense output, and those at their ends."""
-    sample = integers(pack.sample, LANES)
     for lane in range(LANES):
         its = control_of(pack, lane)
         if its.good > 0.0 and its.sample < its.target:
@@ -134,15 +133,21 @@ def write_samples_within(batch, pack, pair):
         rows, weights, x = doubles(pack.control), doubles(pack.weights), doubles(pack.stage)
         weigh(rows, doubles(pair.P), weights, pair.all_stages, pair.degree)
         interpolate(rows, weights, doubles(pack.now), doubles(pack.slopes), x, batch.n, pair.all_stages)
-        if batch.needs_outputs:
-            look_up(batch.look_up, batch, pack, 1)
-        for lane in range(LANES):
-            its = control_of(pack, lane)
-            at, end = its.sample, its.target
-            if its.good > 0.0 and at <= end:
-                write_sample(batch, pack, lane, at, pack.stage if at < end else pack.new)
-                run, j = integers(pack.run, LANES)[lane], sample[lane]
-                its.sample = sample_time(batch, run, j) if j < batch.n_samples else np.inf
+        write_aimed(batch, pack)
+
+
+@compiled(**LEAN)
+def write_aimed(batch, pack):
+    """Write the samples that `aim` found: their states stand in the rows `stage`, those at the step's end in `new`."""
+    if batch.needs_outputs:
+        look_up(batch.look_up, batch, pack, 1)
+    for lane in range(LANES):
+        its = control_of(pack, lane)
+        at, end = its.sample, its.target
+        if its.good > 0.0 and at <= end:
+            write_sample(batch, pack, lane, at, pack.stage if at < end else pack.new)
+            run, j = integers(pack.run, LANES)[lane], integers(pack.sample, LANES)[lane]
+            its.sample = sample_time(batch, run, j) if j < batch.n_samples else np.inf
 
 
 SAMPLE_WITHIN = types.void(BATCH_TYPE, PACK_TYPE, PAIR_TYPE)

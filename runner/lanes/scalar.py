@@ -53,6 +53,7 @@ def _problem(task: "Task", run: int) -> Problem:
         n_inputs=model.tables.rhs_inputs,
         state_names=model.state_names,
         jacobian=model.matrix("jacobian") if task.method.stiff else None,
+        recurrences=model.series if task.method.family == "taylor" else None,
         by_item=True,
         held=held_by(model),
         acting=acting_of(model, resting_of(model, stiff=task.method.stiff)),

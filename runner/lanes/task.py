@@ -58,7 +58,7 @@ class Task:
     def record(self, lanes_kernel: Any, functions: Mapping[str, int]) -> np.void:
         """The record of a batch that compiled loops read; the arrays must live as long.
 
-        functions: addresses of those that the method's loop calls.
+        lanes_kernel: None where the method takes no right-hand side. functions: addresses of those that its loop calls.
         """
         tables, options = self.model.tables, self.options
         inputs = vars(self.inputs)
@@ -80,7 +80,7 @@ class Task:
             n_constants=self.arrays["constants"].shape[1],
             n_outputs=len(tables.outputs),
             n_pieces=len(self.inputs.pieces),
-            rhs=pointer(lanes_kernel, abi.LANE_KERNEL, "lane_rhs"),
+            rhs=0 if lanes_kernel is None else pointer(lanes_kernel, abi.LANE_KERNEL, "lane_rhs"),
             outputs=outputs,
             n_samples=self.arrays["times"].shape[1],
             n_columns=len(self.arrays["columns"]),
@@ -122,7 +122,8 @@ def make_task(
     check_spans(t0, t1, method, options)
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
     found = sides_of_runs(model, constants, t0, t1)
-    table = stack_runs(model.tables, inputs, count, options.step if method.family == "fixed" else None, found)
+    step = options.step if method.family == "fixed" else None
+    table = stack_runs(model.tables, inputs, count, step, found, walking=method.family == "taylor")
     n = len(model.state_names)
     rtol, atol = options.tolerances(n)
     if x0 is None:

@@ -18,6 +18,7 @@ from qddot.runner.lanes.pack import LANES, make_pack
 from qddot.runner.lanes.restart import RESTART, restart
 from qddot.runner.lanes.samples import SAMPLE_WITHIN, write_samples_within
 from qddot.runner.lanes.settle import SETTLE, settle
+from qddot.runner.load import Model
 from qddot.runner.machine.memory import address
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.method import Method
@@ -27,6 +28,7 @@ from qddot.runner.workers import cores, on_threads
 
 if TYPE_CHECKING:
     from qddot.runner.lanes.task import Task
+    from qddot.runner.machine.series_code import SeriesCode
 
 #: State components advanced by a slice: some milliseconds.
 SLICE_WORK = 4_000_000
@@ -40,12 +42,13 @@ def run_in_lanes(
     time_limit: float | None,
 ) -> None:
     """Integrate all runs in packs of lanes, into the arrays of the task."""
-    driver = driver_for(task.method, task.options)
+    driver = driver_for(task.method, task.options, task.model)
     batch = task.record(kernel, driver.functions)
-    most_steps = max(16, SLICE_WORK // (LANES * int(batch["n"]) * driver.slopes))
+    n = int(batch["n"])
+    most_steps = max(16, SLICE_WORK // (LANES * n * driver.slopes))
 
     def work(stop: Event) -> None:
-        pack, arrays = make_pack(batch, driver.slopes)
+        pack, arrays = make_pack(batch, driver.memory or driver.slopes * n)
         if driver.start(batch, pack, *driver.start_arguments):
             while driver.loop(batch, pack, *driver.arguments, most_steps) == Status.RUNNING and not stop.is_set():
                 pass
@@ -61,6 +64,7 @@ class Driver:
     """A method's compiled start and loop, their arguments between the pack and the number of steps, and its slopes.
 
     functions: addresses of what the loop calls, compiled once for all methods. keep: what the arguments point into.
+    memory: rows that a pack needs where they are not those of slopes.
     """
 
     start: Any
@@ -70,10 +74,13 @@ class Driver:
     slopes: int
     functions: dict[str, int]
     keep: Any = None
+    memory: int = 0
 
 
-def driver_for(method: Method, options: Options) -> Driver:
+def driver_for(method: Method, options: Options, model: Model) -> Driver:
     """The driver of a method; ValueError where it does not run in lanes."""
+    if method.family == "taylor":
+        return _taylor(model.lane_series, options)
     tableau, pair = method.tableau, method.pair
     if tableau is None:
         raise ValueError(f"method {method.name!r} does not run in lanes")
@@ -94,6 +101,18 @@ def driver_for(method: Method, options: Options) -> Driver:
         restart=(restart, RESTART),
     )
     return Driver(adaptive.compiled_start(), loop, (longest,), arguments, pair.dense.stages, functions, table)
+
+
+def _taylor(code: "SeriesCode", options: Options) -> Driver:
+    """The driver of Taylor's method for the series of a model in lanes."""
+    from qddot.runner.lanes import taylor  # noqa: PLC0415 - what it imports is compiled, and most batches need none
+    from qddot.runner.lanes.series import series_for  # noqa: PLC0415
+
+    series, arrays = series_for(code, options.least_rtol)
+    loop, arguments, order = taylor.compiled_loop(), (series,), int(series["order"])
+    functions = _addresses(look_up=(read_inputs, LOOK_UP))
+    memory = -(-code.memory.size // LANES)
+    return Driver(taylor.compiled_start(), loop, arguments, arguments, order, functions, (code, arrays), memory)
 
 
 def _addresses(**functions: tuple[Any, Any]) -> dict[str, int]:

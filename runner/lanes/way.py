@@ -11,7 +11,11 @@ from qddot.runner.options import TABLE, Options
 Way = Literal["lanes", "exact", "alone"]
 
 #: Methods that run in lanes.
-IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop853", "vern7")
+IN_LANES = ("euler", "heun", "midpoint", "rk4", "ode23", "ode45", "tsit5", "dop853", "vern7", "taylor")
+
+#: The largest tables of recurrences that are compiled for lanes: beyond, a run alone fills the vectors as well, in code
+#: that is compiled in a fraction of the time (a pendulum of 24 links, a chain of 300 masses: 3 s beside 7 s).
+MOST_NODES, MOST_UNKNOWNS = 400, 16
 
 
 def way_of(model: Model, method: Method, options: Options) -> tuple[Way, str]:
@@ -32,6 +36,20 @@ def _why_alone(model: Model, method: Method) -> str:
         return f"model {model.name} has constraints, on which each run is kept by itself; Baumgarte's run in lanes"
     if model.tables.events:
         return f"model {model.name} has events that act, and each run stops at times of its own"
+    if method.family == "taylor":
+        return _why_no_series(model)
     if lane_rhs(model) is None:
         return f"model {model.name} has no lane kernel: it calls a function without vectors"
+    return ""
+
+
+def _why_no_series(model: Model) -> str:
+    """Why runs by Taylor's method go alone."""
+    if not model.tables.recurrence:
+        return f"model {model.name} has no recurrences"
+    table = model.recurrences
+    if table.sides:
+        return f"model {model.name} has conditions, on which each run by taylor turns for itself"
+    if len(table.nodes) > MOST_NODES or len(table.unknowns) > MOST_UNKNOWNS:
+        return f"model {model.name} is so large that a run by taylor fills vectors alone"
     return ""

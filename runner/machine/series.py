@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from qddot.runner.machine.packing import Group, Packing, arity
-from qddot.runner.machine.recurrences import FUNCTIONS, ONE, Factor, Node
+from qddot.runner.machine.recurrences import FUNCTIONS, Factor, Node
+from qddot.runner.machine.series_linear import linear
 from qddot.runner.machine.series_memory import HIGHEST, NOW, SENSE, Memory
 from qddot.runner.machine.series_solve import eliminate, solution
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
@@ -26,9 +27,6 @@ SUMS = {
     **dict.fromkeys(FUNCTIONS, ((0, 1, "counted", False),)),
     "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
 }
-#: The sums that a loop over lower orders holds in registers at once.
-_SUMS = 14
-
 Names = tuple[str | None, ...]
 
 
@@ -37,12 +35,14 @@ class _Operand:
     """Coefficients of nodes side by side, as sums over lower orders take them: their history in memory.
 
     how: "" as they are; "counted" k times the k-th; "next" that of order k + 1. current, first: those of this order, 0.
+    ahead: whether "next" ones write this history, one order ahead, so that it is theirs too.
     """
 
     names: Names
     how: str
     place: int
     late: bool
+    ahead: bool = False
     current: Any = None
     first: Any = None
 
@@ -58,10 +58,13 @@ class _Sum:
 
 
 class Emitter:
-    """Writes the function series(memory, order) for a packing."""
+    """Writes the function series(memory, order) for a packing.
 
-    def __init__(self, packing: Packing, code: VectorCode, memory: Memory) -> None:
-        self.packing, self.code, self.memory = packing, code, memory
+    at_once: the sums that a loop over lower orders holds in registers.
+    """
+
+    def __init__(self, packing: Packing, code: VectorCode, memory: Memory, at_once: int) -> None:
+        self.packing, self.code, self.memory, self.at_once = packing, code, memory, at_once
         self.table = packing.table
         self.unknowns = self.table.unknowns
         self.current: dict[int, Any] = {}
@@ -80,8 +83,9 @@ class Emitter:
         for group in self.packing.groups:
             if group.live:
                 self._sums[group.index] = self._sums_of(group)
+        self._share_histories()
         integrals = [group for group in self.packing.groups if group.live and _is_integral(group)]
-        sense = code.load_scalar(SENSE)
+        sense = code.load_scalar(SENSE * self.memory.row)
         self._begin(sense, None)
         self._order(first=True)
         following = [self._following(group) for group in integrals]
@@ -138,7 +142,7 @@ class Emitter:
                 value = self.code.multiply_add(self._held[group.index], accelerations, self.current[group.index])
                 self.current[group.index] = value
             elif group.late and group.kind == "linear":
-                self.current[group.index] = self._linear(group, first)
+                self.current[group.index] = linear(self, group.nodes, first)
 
     # what is carried from order to order
 
@@ -156,13 +160,15 @@ class Emitter:
         stride = self.memory.state_stride
         for group, value in zip(integrals, values, strict=True):
             if group.kind == "state":
-                self.code.store(value, self.memory.states + group.index * self.code.width + stride, k, stride)
+                place = self.memory.states + group.index * self.code.width * self.memory.row
+                self.code.store(value, place + stride, k, stride)
 
     def _store_compared(self) -> None:
         memory = self.memory
         for number, group in enumerate(self.packing.kind("side")):
             compared = self.gather([node.arguments[0] for node in group.nodes])
-            self.code.store(compared, memory.compared + number * self.code.width, self._k, memory.side_stride)
+            place = memory.compared + number * self.code.width * memory.row
+            self.code.store(compared, place, self._k, memory.side_stride)
 
     # values of groups
 
@@ -170,7 +176,7 @@ class Emitter:
         if group.kind in ("state", "input", "side", "solved", "one", "time"):
             return self._given(group, first)
         if group.kind in ("linear", "where"):
-            return self._linear(group, first) if group.kind == "linear" else self._where(group, first)
+            return linear(self, group.nodes, first) if group.kind == "linear" else self._where(group, first)
         value = self._first_value(group) if first else None
         ends = [self._ends(each, first) for each in self._sums.get(group.index, ())]
         if group.kind == "rate":
@@ -183,7 +189,7 @@ class Emitter:
         if first and kind == "one":
             return code.constant([1.0])
         if first and kind == "time":
-            return code.splat(code.load_scalar(NOW))
+            return code.load_number(NOW * self.memory.row)
         if kind == "time":
             at_one = code.builder.icmp_signed("==", self._k, INTEGER(1))
             return code.splat(code.builder.select(at_one, self._sense, SCALAR(0.0)))
@@ -247,27 +253,6 @@ class Emitter:
         yes, no = (self.gather([node.arguments[i] for node in group.nodes]) for i in (1, 2))
         return self.code.builder.select(self._held[group.index], yes, no)
 
-    def _linear(self, group: Group, first: bool) -> Any:
-        """A sum of factors times nodes, the terms in slots that each take from one group."""
-        slots: dict[int, list[list[tuple[Factor, str]]]] = {}
-        constant: list[list[Factor]] = []
-        for node in group.nodes:
-            own: dict[int, list[tuple[Factor, str]]] = {}
-            constant.append([f for f, name in zip(node.factors, node.arguments, strict=True) if name == ONE])
-            for factor, name in zip(node.factors, node.arguments, strict=True):
-                if name != ONE:
-                    own.setdefault(self.packing.home[name][0], []).append((factor, name))
-            for source in own.keys() | slots.keys():
-                slots.setdefault(source, [[] for _ in constant[:-1]]).append(own.get(source, []))
-        total = None
-        for row in _transposed(constant) if first else ():
-            total = self.row(row) if total is None else self.code.add(total, self.row(row))
-        for source in sorted(slots):
-            for terms in _transposed(slots[source]):
-                values = self.gather([term[1] if term else None for term in terms])
-                total = self.scaled(values, [term[0] if term else None for term in terms], total)
-        return self.code.zero if total is None else total
-
     # sums over lower orders
 
     def _sums_of(self, group: Group) -> list[_Sum]:
@@ -281,15 +266,26 @@ class Emitter:
         key = (tuple(names), how)
         if key not in self._operands:
             late = not self._late.isdisjoint(names) or not set(self.unknowns).isdisjoint(names)
-            place = self.memory.take((HIGHEST + 1) * self.code.width)
+            place = self.memory.take_history((HIGHEST + 2) * self.code.size)
             self._operands[key] = _Operand(key[0], how, place, late)
         return self._operands[key]
+
+    def _share_histories(self) -> None:
+        """Let those of the next order write to the history of the same nodes, where there is one."""
+        for (names, how), operand in self._operands.items():
+            plain = self._operands.get((names, ""))
+            if how == "next" and plain:
+                plain.ahead = True
+                operand.place = plain.place + self.code.size
 
     def _sum_between(self) -> None:
         """The parts of all sums with 0 < j < k, several sums in a loop over j."""
         sums = [each for found in self._sums.values() for each in found]
-        for start in range(0, len(sums), _SUMS):
-            part = sums[start : start + _SUMS]
+        if self.code.width == 1:  # those with a factor in common in one loop, which reads it once
+            places = {id(each.right): place for place, each in reversed(list(enumerate(sums)))}
+            sums.sort(key=lambda each: places[id(each.right)])
+        for start in range(0, len(sums), self.at_once):
+            part = sums[start : start + self.at_once]
             with self.code.loop(INTEGER(1), self._k, [self.code.zero] * len(part)) as (j, totals, after):
                 back = self.code.builder.sub(self._k, j)
                 loaded: dict[tuple[int, int], Any] = {}
@@ -322,7 +318,8 @@ class Emitter:
                 value = self.code.zero if self._k is None else self.code.multiply(value, self._count)
             operand.current = value
             if final or not operand.late:
-                self.code.store(value, operand.place, self._k)
+                if self._k is None or not operand.ahead:
+                    self.code.store(value, operand.place, self._k)
                 if self._k is None:
                     operand.first = value
         return operand.current
@@ -374,8 +371,3 @@ def _is_integral(group: Group) -> bool:
 def _columns(nodes: Sequence[Node]) -> list[list[str]]:
     """First arguments of all nodes, second ones, ..."""
     return [list(column) for column in zip(*(node.arguments for node in nodes), strict=True)]
-
-
-def _transposed(rows: list[list[Any]]) -> list[list[Any]]:
-    """First items of rows of different lengths, second ones, ...; None where there is none."""
-    return [[row[i] if i < len(row) else None for row in rows] for i in range(max(map(len, rows), default=0))]

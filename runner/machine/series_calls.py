@@ -35,3 +35,9 @@ def call_polynomial(typing_context: Any, where: Any, memory: Any, order: Any, ti
     """Write the states at a time from where the series stands to an address, with room for a whole row."""
     signature = types.void(types.int64, types.int64, types.int64, types.float64, types.int64)
     return signature, _caller(_POINTER, INTEGER, SCALAR, _POINTER)
+
+
+@intrinsic
+def call_polynomials(typing_context: Any, where: Any, memory: Any, order: Any, times: Any, target: Any) -> Any:
+    """Write the states of a row of runs at a row of times from where their series stand to an address."""
+    return types.void(*[types.int64] * 5), _caller(_POINTER, INTEGER, _POINTER, _POINTER)

@@ -1,7 +1,7 @@
 """Machine code of the Taylor series of models: compiled once for a table and a machine, and kept.
 
 `series(memory, order)` writes the coefficients of all states; `polynomial(memory, order, time, target)` sums them at a
-time from where the series stands.
+time from where the series stands. In lanes time is a row, and what a register holds of it is done part by part.
 """
 
 import contextlib
@@ -26,18 +26,19 @@ from qddot.runner.machine.series import SUMS, Emitter
 from qddot.runner.machine.series_memory import Memory, memory_for
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
-#: Vectors of states that a polynomial is summed for at once.
-_SUMS = 8
+#: Vectors of states that a polynomial is summed for at once, and sums over lower orders that stay in registers.
+_SUMS, _AT_ONCE = 8, 14
 #: Doubles of a vector, and the fewest sums over lower orders for which vectors are as wide: with fewer of them, putting
 #: nodes side by side costs more than it saves.
 _WIDTHS = ((8, 28), (4, 16), (2, 0))
-#: Doubles of the vectors that a polynomial is summed in: rows of states are padded to as many.
+#: Doubles of the vectors that a polynomial is summed in, those of a row: rows of states are padded to as many.
 _WIDE = 8
+_POINTER = SCALAR.as_pointer()
 
 
 @dataclass(frozen=True, eq=False)
 class SeriesCode:
-    """The compiled functions at their addresses, and the memory they take.
+    """The compiled functions at their addresses, and the memory they take, for one run or for a row of them.
 
     sums: how many over lower orders an order takes. engine: keeps the code alive.
     """
@@ -50,24 +51,39 @@ class SeriesCode:
     engine: Any
 
     def fill_factors(self, memory: NDArray[np.float64], constants: NDArray[np.float64]) -> None:
-        """Write the factors that depend on parameters for these constants."""
+        """Write the factors of a run alone that depend on parameters for these constants."""
         for place, number, names in self.memory.factors:
             memory[place] = number * np.prod(constants[list(names)]) if names else number
 
 
+@dataclass(frozen=True)
+class Shape:
+    """What a vector holds: `width` nodes, or in lanes one node of `lanes` runs out of a row; at_once: see `Emitter`."""
+
+    width: int
+    lanes: int = 1
+    row: int = 1
+    at_once: int = _AT_ONCE
+
+
 @cache
-def series_code(text: str, states: tuple[str, ...], inputs: tuple[str, ...], constants: tuple[str, ...]) -> SeriesCode:
-    """The code of the table in this text, from where it is kept or compiled. Raises RecurrenceError."""
+def series_code(
+    text: str, states: tuple[str, ...], inputs: tuple[str, ...], constants: tuple[str, ...], runs: int = 1
+) -> SeriesCode:
+    """The code of the table in this text, from where it is kept or compiled. Raises RecurrenceError.
+
+    runs: 1, or in lanes LANES.
+    """
     table = read_recurrences(text, states, inputs, constants)
     live = live_nodes(table)
     sums = sum(len(SUMS.get(node.rule, ())) for name, node in table.nodes.items() if name in live)
-    width = next(width for width, least in _WIDTHS if sums >= least)
-    file = _file(repr((text, states, inputs, constants, width)))
+    shape = _shape(sums, runs)
+    file = _file(repr((text, states, inputs, constants, shape)))
     found = _read(file)
     if found is None:
-        packing = pack(table, width)
-        memory = memory_for(packing)
-        found = memory, _compiled(packing, memory)
+        packing = pack(table, shape.width)
+        memory = memory_for(packing, shape.row)
+        found = memory, _compiled(packing, memory, shape)
         _write(file, *found)
     memory, code = found
     engine = _engine(code)
@@ -84,13 +100,27 @@ def _machine() -> Any:
     return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=3, jit=True)
 
 
-def _compiled(packing: Packing, memory: Memory) -> bytes:
+def _shape(sums: int, runs: int) -> Shape:
+    if runs == 1:
+        return Shape(next(width for width, least in _WIDTHS if sums >= least))
+    return Shape(1, _register(), runs)
+
+
+def _register() -> int:
+    """Doubles of a register of vectors."""
+    features = llvm.get_host_cpu_features()
+    return 8 if features.get("avx512f") else 4 if features.get("avx") else 2
+
+
+def _compiled(packing: Packing, memory: Memory, shape: Shape) -> bytes:
     """The object code of a packing; the memory is laid out on the way."""
     module = ir.Module("series")
-    series = _function(module, "series", [SCALAR.as_pointer(), INTEGER])
-    Emitter(packing, VectorCode(ir.IRBuilder(series.append_basic_block()), packing.width), memory).emit()
-    kinds = [SCALAR.as_pointer(), INTEGER, SCALAR, SCALAR.as_pointer()]
-    _emit_polynomial(_function(module, "polynomial", kinds), memory)
+    series = _function(module, "series", [_POINTER, INTEGER], shape)
+    code = VectorCode(ir.IRBuilder(series.append_basic_block()), shape.width, shape.lanes)
+    Emitter(packing, code, memory, shape.at_once).emit()
+    memory.take(shape.row)  # see `_function`
+    time = SCALAR if shape.row == 1 else _POINTER
+    _emit_polynomial(_function(module, "polynomial", [_POINTER, INTEGER, time, _POINTER], shape), memory, shape)
     machine = _machine()
     parsed = llvm.parse_assembly(str(module))
     parsed.triple, parsed.data_layout = machine.triple, str(machine.target_data)
@@ -102,18 +132,31 @@ def _compiled(packing: Packing, memory: Memory) -> bytes:
     return bytes(machine.emit_object(parsed))
 
 
-def _function(module: ir.Module, name: str, kinds: list[Any]) -> ir.Function:
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), kinds), name)
+def _function(module: ir.Module, name: str, kinds: list[Any], shape: Shape) -> ir.Function:
+    """A function to be written; where a row has parts, that of one of them, which one of this name calls for each.
+
+    A part knows the rows from its own first lane on; what is its own alone it writes anew, where the last part did.
+    """
+    parts = shape.row // shape.lanes
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), kinds), name if parts == 1 else f"{name}_of_part")
     function.attributes.add("nounwind")
     function.args[0].add_attribute("noalias")
+    if parts > 1:
+        whole = ir.Function(module, function.function_type, name)
+        builder = ir.IRBuilder(whole.append_basic_block())
+        for part in range(parts):
+            first = INTEGER(part * shape.lanes)
+            builder.call(function, [builder.gep(x, [first]) if x.type is _POINTER else x for x in whole.args])
+        builder.ret_void()
     return function
 
 
-def _emit_polynomial(function: ir.Function, memory: Memory) -> None:
+def _emit_polynomial(function: ir.Function, memory: Memory, shape: Shape) -> None:
     """Horner's sums of all states, from the highest order down."""
-    code = VectorCode(ir.IRBuilder(function.append_basic_block()), _WIDE)
+    wide = (_WIDE, 1) if shape.row == 1 else (1, shape.lanes)
+    code = VectorCode(ir.IRBuilder(function.append_basic_block()), *wide)
     builder, (_, order, time, target) = code.builder, function.args
-    factor = code.splat(time)
+    factor = code.splat(time) if shape.row == 1 else code.load_from(time)
     count = memory.state_stride // _WIDE
     for start in range(0, count, _SUMS):
         places = [memory.states + i * _WIDE for i in range(start, min(start + _SUMS, count))]
@@ -123,7 +166,7 @@ def _emit_polynomial(function: ir.Function, memory: Memory) -> None:
             for place, total in zip(places, totals, strict=True):
                 after.append(code.multiply_add(total, factor, code.load(place, k, memory.state_stride)))
         for i, value in enumerate(after, start):
-            where = builder.gep(target, [INTEGER(i * code.width)])
+            where = builder.gep(target, [INTEGER(i * _WIDE)])
             builder.store(value, builder.bitcast(where, code.vector.as_pointer()), align=8)
     builder.ret_void()
 

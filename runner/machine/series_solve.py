@@ -32,6 +32,8 @@ def eliminate(emitter: Emitter) -> Matrix:
     """The inverse of M_0, from the values of order 0."""
     code, n = emitter.code, len(emitter.unknowns)
     rows = [_column(emitter, name) for name in emitter.unknowns]
+    if code.width == 1:
+        return _swept(emitter, [[rows[k][i] for k in range(i + 1)] for i in range(n)])
     one = code.splat(1.0)
     for j in range(n):
         block, place = divmod(j, code.width)
@@ -47,6 +49,27 @@ def eliminate(emitter: Emitter) -> Matrix:
                 ]
                 rows[i] = [code.multiply_add(factor, x, y) for x, y in zip(rows[j], rest, strict=True)]
     return rows
+
+
+def _swept(emitter: Emitter, lower: list[list[Any]]) -> Matrix:
+    """The inverse, from the lower triangle, which stays one: half the work where no vector holds a column.
+
+    J. H. Goodnight, A tutorial on the SWEEP operator, The American Statistician 33 (1979) 149-158.
+    """
+    code, n = emitter.code, len(lower)
+    for j in range(n):
+        pivot = code.divide(code.splat(1.0), lower[j][j])
+        column = [lower[i][j] if i > j else lower[j][i] for i in range(n)]
+        scaled = [code.multiply(value, pivot) for value in column]
+        for i in range(n):
+            for k in range(i + 1):
+                if j in (i, k):
+                    lower[i][k] = scaled[i if k == j else k]
+                else:
+                    lower[i][k] = code.subtract(lower[i][k], code.multiply(scaled[i], column[k]))
+        lower[j][j] = code.builder.fneg(pivot)
+    signed = [[code.builder.fneg(value) for value in row] for row in lower]
+    return [[signed[max(i, k)][min(i, k)] for k in range(n)] for i in range(n)]
 
 
 def solution(emitter: Emitter, inverse: Matrix) -> list[Any]:

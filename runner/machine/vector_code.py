@@ -1,4 +1,7 @@
-"""LLVM's instructions for vectors of doubles of one width, as the emitter of series writes them."""
+"""LLVM's instructions for vectors of doubles of one width, as the emitter of series writes them.
+
+A vector holds `width` items side by side. In lanes it holds one, of as many runs as there are lanes.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,30 +18,37 @@ _FAR = 1e6
 
 
 class VectorCode:
-    """Instructions at the end of a block of one function, whose first argument is where its memory begins."""
+    """Instructions at the end of a block of one function, whose first argument is where its memory begins.
 
-    def __init__(self, builder: ir.IRBuilder, width: int) -> None:
+    width: items of a vector; lanes: doubles of an item, one a run. size: doubles of a vector.
+    """
+
+    def __init__(self, builder: ir.IRBuilder, width: int, lanes: int = 1) -> None:
         self.builder = builder
-        self.width = width
-        self.vector = ir.VectorType(SCALAR, width)
+        self.width, self.lanes, self.size = width, lanes, width * lanes
+        self.vector = ir.VectorType(SCALAR, self.size)
         self.memory = builder.function.args[0]
         self.zero = self.constant([0.0] * width)
 
     def constant(self, values: Sequence[float]) -> Any:
-        """A vector of numbers; what is missing is 0."""
-        return ir.Constant(self.vector, [*map(float, values), *[0.0] * (self.width - len(values))])
+        """A vector of numbers, the same in all lanes; what is missing is 0."""
+        numbers = [float(value) for value in values for _ in range(self.lanes)]
+        return ir.Constant(self.vector, numbers + [0.0] * (self.size - len(numbers)))
 
     def splat(self, value: Any) -> Any:
         """A vector of one value."""
         if isinstance(value, float):
             return self.constant([value] * self.width)
         first = self.builder.insert_element(ir.Constant(self.vector, ir.Undefined), value, ir.IntType(32)(0))
-        return self.shuffle(first, first, [0] * self.width)
+        return self.builder.shuffle_vector(first, first, self._mask([0] * self.size))
 
     def shuffle(self, a: Any, b: Any, places: Sequence[int]) -> Any:
         """Items of a, and from `width` on of b."""
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), self.width), list(places))
-        return self.builder.shuffle_vector(a, b, mask)
+        whole = [place * self.lanes + lane for place in places for lane in range(self.lanes)]
+        return self.builder.shuffle_vector(a, b, self._mask(whole))
+
+    def _mask(self, places: list[int]) -> Any:
+        return ir.Constant(ir.VectorType(ir.IntType(32), self.size), places)
 
     def add(self, a: Any, b: Any) -> Any:
         """Give a + b."""
@@ -77,17 +87,24 @@ class VectorCode:
 
     def load(self, offset: int, index: Any = None, stride: int | None = None) -> Any:
         """The vector at an offset in doubles, and `index` strides further."""
-        where = self._place(offset, index, self.width if stride is None else stride)
-        return self.builder.load(self.builder.bitcast(where, self.vector.as_pointer()), align=8)
+        return self.load_from(self._place(offset, index, self.size if stride is None else stride))
 
     def store(self, value: Any, offset: int, index: Any = None, stride: int | None = None) -> None:
         """Write a vector there."""
-        where = self._place(offset, index, self.width if stride is None else stride)
+        where = self._place(offset, index, self.size if stride is None else stride)
         self.builder.store(value, self.builder.bitcast(where, self.vector.as_pointer()), align=8)
+
+    def load_from(self, where: Any) -> Any:
+        """The vector at a pointer."""
+        return self.builder.load(self.builder.bitcast(where, self.vector.as_pointer()), align=8)
 
     def load_scalar(self, offset: int) -> Any:
         """The double at an offset."""
         return self.builder.load(self._place(offset, None, 1))
+
+    def load_number(self, offset: int) -> Any:
+        """The number at an offset beside itself; in lanes that of each run."""
+        return self.splat(self.load_scalar(offset)) if self.lanes == 1 else self.load(offset)
 
     @contextmanager
     def loop(self, start: Any, end: Any, carried: Sequence[Any]) -> Iterator[tuple[Any, list[Any], list[Any]]]:
@@ -119,7 +136,7 @@ class VectorCode:
 
     def intrinsic(self, name: str, *values: Any) -> Any:
         """LLVM's function of this name for vectors."""
-        whole = f"llvm.{name}.v{self.width}f64"
+        whole = f"llvm.{name}.v{self.size}f64"
         return self.builder.call(self._function(whole, self.vector, len(values)), values)
 
     def _function(self, name: str, kind: Any, count: int) -> Any:
@@ -129,7 +146,7 @@ class VectorCode:
     def each(self, name: str, *values: Any) -> Any:
         """The C library's function of each item."""
         function, result = self._function(name, SCALAR, len(values)), ir.Constant(self.vector, ir.Undefined)
-        for place in map(ir.IntType(32), range(self.width)):
+        for place in map(ir.IntType(32), range(self.size)):
             items = [self.builder.extract_element(value, place) for value in values]
             result = self.builder.insert_element(result, self.builder.call(function, items), place)
         return result
@@ -137,9 +154,9 @@ class VectorCode:
     def sine_and_cosine(self, x: Any) -> tuple[Any, Any]:
         """Both of each item; far from zero those of the C library."""
         near, far, behind = (self.builder.append_basic_block() for _ in range(3))
-        integers = ir.VectorType(ir.IntType(1), self.width)
+        integers = ir.VectorType(ir.IntType(1), self.size)
         beyond = self.builder.fcmp_unordered(">", self.intrinsic("fabs", x), self.splat(_FAR))
-        bits = ir.IntType(self.width)
+        bits = ir.IntType(self.size)
         any_far = self.builder.icmp_unsigned("!=", self.builder.bitcast(beyond, bits), bits(0))
         assert beyond.type == integers
         self.builder.cbranch(any_far, far, near)
@@ -169,10 +186,10 @@ class VectorCode:
         sine = self.multiply_add(self.multiply(z, rest), self._polynomial(z, _SINE), rest)
         half = self.multiply_add(z, self.splat(-0.5), self.splat(1.0))
         cosine = self.multiply_add(self.multiply(z, z), self._polynomial(z, _COSINE), half)
-        integers = ir.VectorType(INTEGER, self.width)
+        integers = ir.VectorType(INTEGER, self.size)
 
         def whole(number: int) -> Any:
-            return ir.Constant(integers, [number] * self.width)
+            return ir.Constant(integers, [number] * self.size)
 
         quarter = self.builder.fptosi(turns, integers)
         even = self.builder.icmp_signed("==", self.builder.and_(quarter, whole(1)), whole(0))
