@@ -91,7 +91,7 @@ bench-compare: $(VENV)/run ## two results of `make bench` row by row: make bench
 	@$(BIN)/python -m benchmarks.compare $(filter-out $@,$(MAKECMDGOALS))
 
 bench-pages: $(VENV)/run ## speed as the pages show it, from docs/speed.json or new: make bench-pages RESULTS=results/benchmarks.json
-	$(BIN)/python -m benchmarks.pages $(RESULTS)
+	$(BIN)/python -m benchmarks.pages $(RESULTS) $(ELSEWHERE)
 
 clean: ## remove results and caches; `rm -rf .venv` removes the environment
 	rm -rf results build .pytest_cache .mypy_cache .ruff_cache .hypothesis

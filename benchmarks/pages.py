@@ -1,7 +1,8 @@
-"""`python -m benchmarks.pages [NEW.json]`: what `make bench` measured, drawn into the pages that show it.
+"""`python -m benchmarks.pages [NEW.json [OTHER.json]]`: what `make bench` measured, drawn into the pages that show it.
 
 A page has places, `<!-- measured: single_run -->` to `<!-- end -->`, between which nothing is written by hand. The
-results they are drawn from are kept as docs/speed.json; those of a newer file take their place first.
+results they are drawn from are kept as docs/speed.json, those of another machine as docs/speed_elsewhere.json; newer
+files take their places first.
 """
 
 import math
@@ -10,6 +11,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from benchmarks.beside import beside
 from benchmarks.compare import Measured, read
 from benchmarks.report import markdown, seconds
 from benchmarks.timing import Table, Timing
@@ -17,6 +19,7 @@ from qddot.runner.files import written_aside
 
 ROOT = Path(__file__).parent.parent
 KEPT = ROOT / "docs" / "speed.json"
+ELSEWHERE = ROOT / "docs" / "speed_elsewhere.json"
 PAGES = (ROOT / "README.md", ROOT / "docs" / "speed.md")
 _PLACE = re.compile(r"(<!-- measured: ([\w ]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 #: Titles of the tables of which the front page shows a line, without their errors.
@@ -30,9 +33,9 @@ _FRONT = (
 _SHOWN = 3
 
 
-def drawn(text: str, measured: Measured) -> str:
+def drawn(text: str, measured: Measured, elsewhere: Measured) -> str:
     """A page with its places drawn anew. Raises ValueError for a place of which nothing is measured."""
-    return _PLACE.sub(lambda place: place[1] + _place(place[2], measured) + place[4], text)
+    return _PLACE.sub(lambda place: place[1] + _place(place[2], measured, elsewhere) + place[4], text)
 
 
 def places(text: str) -> list[str]:
@@ -40,11 +43,15 @@ def places(text: str) -> list[str]:
     return [place[2] for place in _PLACE.finditer(text)]
 
 
-def _place(name: str, measured: Measured) -> str:
+def _place(name: str, measured: Measured, elsewhere: Measured) -> str:
+    if name == BESIDE:
+        return beside(measured, elsewhere)
     if name in OWN:
         return OWN[name](measured)
     if not measured.groups.get(name):
-        raise ValueError(f"nothing is measured of {name}, expected one of {', '.join([*OWN, *measured.groups])}")
+        raise ValueError(
+            f"nothing is measured of {name}, expected one of {', '.join([*OWN, BESIDE, *measured.groups])}"
+        )
     return "\n".join(map(markdown, measured.groups[name]))
 
 
@@ -102,18 +109,21 @@ OWN: Mapping[str, Callable[[Measured], str]] = {
     "single runs": _single_runs,
     "front": _front,
 }
+#: That of both machines.
+BESIDE = "two machines"
 
 
 def main(arguments: list[str]) -> int:
     """Draw the pages; 2 where there are no results, or a page shows what was not measured."""
     try:
-        source = Path(arguments[0]) if arguments else KEPT
-        measured = read(source)
-        if arguments:
-            with written_aside(KEPT) as aside:
+        given = [*map(Path, arguments)]
+        sources = [*given, *(KEPT, ELSEWHERE)[len(given) :]]
+        measured, elsewhere = map(read, sources)
+        for source, kept in zip(given, (KEPT, ELSEWHERE), strict=False):
+            with written_aside(kept) as aside:
                 aside.write_bytes(source.read_bytes())
         for page in PAGES:
-            text = drawn(page.read_text("utf-8"), measured)
+            text = drawn(page.read_text("utf-8"), measured, elsewhere)
             with written_aside(page) as aside:
                 aside.write_text(text, "utf-8")
             print(f"wrote {page.relative_to(ROOT)}")

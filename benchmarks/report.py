@@ -2,6 +2,7 @@
 
 import json
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -82,14 +83,19 @@ def write(found: Mapping[str, Sequence[Table]], failures: Mapping[str, str], fol
 
 
 def versions() -> dict[str, str]:
-    """Versions of the tools, "not installed" for those that are missing."""
+    """Versions of the tools, "not installed" for those that are missing; ours may run from its folder."""
     found = {}
     for tool in TOOLS:
         try:
             found[tool] = version(tool)
         except PackageNotFoundError:
-            found[tool] = "not installed"
+            found[tool] = "not installed" if tool != "qddot" else _declared()
     return found
+
+
+def _declared() -> str:
+    project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text("utf-8"))["project"]
+    return str(project["version"])
 
 
 def _finite(value: Any) -> Any:

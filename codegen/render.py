@@ -69,7 +69,7 @@ def module(program: Program, source: str, origin: Sequence[str]) -> str:
             coordinates=len(equations.coordinates),
             patterns={name: _pattern(program, name) for name in MATRICES if name in program.kernels},
             linear=program.linear,
-            recurrences=[_fill(row, subsequent_indent="    ") for row in rows],
+            recurrences=[_fill(each, subsequent_indent="    ") for each in rows],
             without_recurrence=missing,
             mass_matrix=equations.mass_matrix,
             uses_math="math." in body,

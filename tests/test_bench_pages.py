@@ -25,7 +25,7 @@ def measured():
 def test_pages_show_what_was_measured(page, measured):
     text = page.read_text()
     assert pages.places(text)
-    assert pages.drawn(text, measured) == text, "run `make bench-pages`"
+    assert pages.drawn(text, measured, read(pages.ELSEWHERE)) == text, "run `make bench-pages`"
 
 
 def test_what_was_measured_is_of_this_version(measured):
@@ -63,25 +63,40 @@ RESULTS = Measured("a machine", {"scipy": "1"}, {"size": "no"}, {
 
 def test_single_runs_are_a_table_the_quickest_first():
     text = "before\n<!-- measured: single runs -->\nold\n<!-- end -->\nafter"
-    assert pages.drawn(text, RESULTS) == (
+    assert pages.drawn(text, RESULTS, RESULTS) == (
         "before\n<!-- measured: single runs -->\n| | A | B |\n|---|---:|---:|\n| qddot exact | 1 ms | 2 µs |\n"
         "| other | 4 ms | 1 ms |\n| third | - | - |\n<!-- end -->\nafter"
     )
 
 
 def test_the_front_page_has_a_line_a_table():
-    text = pages.drawn("<!-- measured: front -->\n<!-- end -->", RESULTS)
+    text = pages.drawn("<!-- measured: front -->\n<!-- end -->", RESULTS, RESULTS)
     assert "- M113, 10000 runs at error 1e-8, 2 s, a run: qddot a 1 µs, b 3 µs.\n" in text
 
 
+def test_two_machines_stand_side_by_side_where_both_measured_a_case():
+    """B is not a contest elsewhere, and the batch was not measured there."""
+    elsewhere = Measured("another", {}, {}, {
+        "single_run": [
+            Table("A", (Timing("third", 9e-3, 9e-3), Timing("qddot rk4", 2e-3, 2e-3), Timing("other", 5e-3, 5e-3))),
+            Table("B", (Timing("qddot exact", 1e-3, 1e-3), Timing("other", note="not installed"))),
+        ],
+    })  # fmt: skip
+    text = pages.drawn("<!-- measured: two machines -->\n<!-- end -->", RESULTS, elsewhere)
+    assert "A: a machine. B: another." in text
+    assert [line for line in text.splitlines() if line.startswith("| ") and "qddot" not in line] == [
+        "| A | exact 1 ms | other 4 ms | 4 | rk4 2 ms | other 5 ms | 2.5 |"
+    ]
+
+
 def test_the_machine_and_what_failed_are_told():
-    text = pages.drawn("<!-- measured: machine -->\n<!-- end -->", RESULTS)
+    text = pages.drawn("<!-- measured: machine -->\n<!-- end -->", RESULTS, RESULTS)
     assert "a machine; scipy 1. size failed: no." in text
 
 
 def test_a_place_of_what_was_not_measured_is_named():
     with pytest.raises(ValueError, match="nothing is measured of speed, expected one of machine, single runs, front, "):
-        pages.drawn("<!-- measured: speed -->\n<!-- end -->", RESULTS)
+        pages.drawn("<!-- measured: speed -->\n<!-- end -->", RESULTS, RESULTS)
 
 
 def test_results_that_are_none_change_nothing(tmp_path, capsys, monkeypatch):
