@@ -15,7 +15,7 @@ import symengine as se
 from qddot.codegen.convert import function_name
 from qddot.codegen.nodes import operands
 from qddot.codegen.printer import Printer
-from qddot.codegen.rewrite import leading_number
+from qddot.codegen.rewrite import leading_number, opposite, product
 
 #: Cells that are written as a loop, at least; rows of one, at most.
 LEAST, LONGEST = 8, 12
@@ -23,6 +23,9 @@ LEAST, LONGEST = 8, 12
 _FEW_LEAVES, _MOST_LEAVES, _MOST_DIFFERENT = 40, 2000, 200
 #: Nodes whose operands have no order.
 _UNORDERED = frozenset(("Add", "Mul", "And", "Or"))
+
+#: Functions that are even.
+_EVEN = frozenset(("Abs", "cos", "cosh", "sec", "sech"))
 
 #: The list of the indices of what is written.
 INDEX = "index"
@@ -41,7 +44,7 @@ class Signature(NamedTuple):
 class Signatures:
     """Signatures of expressions. symbols: their places. definitions: of temporaries, which are looked through.
 
-    signs: those of the sums that functions and even powers take, see `sign`.
+    signs: those of the sums that functions take which are not even, see `sign`.
     """
 
     def __init__(self, symbols: Mapping[Any, Place], definitions: Mapping[Any, Any]) -> None:
@@ -53,7 +56,7 @@ class Signatures:
         self.signs: set[int] = set()
 
     def __call__(self, node: Any) -> Signature:
-        """The signature of an expression."""
+        """The signature of an expression, or of factors."""
         found = self._known.get(node)
         if found is None:
             found = self._known[node] = self._made(node)
@@ -79,14 +82,20 @@ class Signatures:
         return bool(operands(node)) and not self(node).leaves
 
     def _made(self, node: Any) -> Signature:
+        if isinstance(node, tuple):
+            return self.joined("*", list(map(self, node)), node)
         parts = operands(node)
         if parts:
             kind = type(node).__name__
+            if (argument := argument_of(node)) is not None:
+                sign = self.sign(argument)
+                if not is_even(node):
+                    self.signs.add(sign)
+                elif sign == -1:  # of either sign it has the same value
+                    parts = opposite(argument), *parts[1:]
             found = list(map(self, parts))
             if kind in _UNORDERED:
                 found.sort()
-            if (argument := argument_of(node)) is not None:
-                self.signs.add(self.sign(argument))
             head = function_name(node) if isinstance(node, se.FunctionSymbol) else ""
             return self.joined(f"{kind} {head}", found, node)
         if node in self.symbols:
@@ -139,6 +148,11 @@ def argument_of(node: Any) -> Any:
     return found if even and isinstance(found, se.Add) else None
 
 
+def is_even(node: Any) -> bool:
+    """Whether a function or power of one argument has the same value where that has the opposite sign."""
+    return isinstance(node, se.Pow) or type(node).__name__ in _EVEN
+
+
 def in_order(terms: Iterable[Any], signatures: Signatures) -> list[Any]:
     """Expressions that are alike one after the other, by what they hold: the same in every process."""
     alike: dict[int, list[tuple[list[Place], Any]]] = {}
@@ -149,7 +163,7 @@ def in_order(terms: Iterable[Any], signatures: Signatures) -> list[Any]:
     groups.sort(key=lambda group: group[0][0])
     text = Printer({})
     same = (list(found) for _, found in groupby(groups, key=lambda group: group[0][0]))
-    ordered = (sorted(found, key=lambda group: text(group[0][1])) if found[1:] else found for found in same)
+    ordered = (sorted(found, key=lambda group: text(product(group[0][1]))) if found[1:] else found for found in same)
     return [term for found in ordered for group in found for _, term in group]
 
 

@@ -18,7 +18,7 @@ from qddot.codegen.kernel import Assignment, Loop, Slot
 from qddot.codegen.neighbours import kept
 from qddot.codegen.nodes import operands, reached
 from qddot.codegen.opened import terms
-from qddot.codegen.rewrite import Names, is_call
+from qddot.codegen.rewrite import Names, is_call, product
 from qddot.codegen.signs import with_signs
 
 Write = tuple[Slot, Any]
@@ -70,6 +70,9 @@ def fold(
     signatures = Signatures(places, dict(before))
     for _, expression in after:
         signatures(expression)
+    staged = [write for write in after if write[0].argument in stages]
+    if staged and not _any_repeat(staged, signatures):
+        return Folded(tuple(temporaries), tuple(writes))
     if len(signatures.signs) > 1:
         before, after = with_signs(before, after, signatures, given)
         signatures = Signatures(places, dict(before))
@@ -93,6 +96,12 @@ def fold(
 def _row_of(slot: Slot) -> tuple[Any, ...]:
     """What writes have in common that belong together: the row of a matrix, or the item itself."""
     return slot.argument, slot.index[0] if len(slot.index) > 1 else slot.index, slot.adds
+
+
+def _any_repeat(writes: Iterable[Write], signatures: Signatures) -> bool:
+    """Whether any rows repeat as they are: what is equal has equations of its own."""
+    rows = (list(row) for _, row in groupby(writes, key=lambda write: _row_of(write[0])))
+    return any(runs([signatures.row(row[0][0].argument, [(slot.index, e) for slot, e in row]) for row in rows]))
 
 
 class Cost(NamedTuple):
@@ -239,7 +248,7 @@ class _Folding:
     def _plain(self, rows: Iterable[Sequence[Write]]) -> None:
         """Rows as they are; of sums what is left in one write."""
         for slot, alike in groupby(chain.from_iterable(rows), key=lambda write: write[0]):
-            found = [expression for _, expression in alike]
+            found = [product(expression) for _, expression in alike]
             if slot.adds:
                 self._begin(replace(slot, adds=False), se.Add(*found))
             else:
@@ -263,7 +272,7 @@ class _Folding:
             of_indices = (step for (name, _), step in places if name == INDEX)
             for slot, expression in row:
                 found = tuple(next(of_indices) for _ in slot.index)
-                self._do(replace(slot, loop=number, steps=found), self._cells[number].cell(expression))
+                self._do(replace(slot, loop=number, steps=found), self._cells[number].cell(product(expression)))
 
     def _loop_of(self, moving: Moving, stages: set[int | None]) -> int:
         """The number of a loop that takes these cells."""

@@ -1,4 +1,8 @@
-"""Long sums taken apart, however they are nested: of what does not repeat as a whole the terms may."""
+"""Long sums taken apart, however they are nested: of what does not repeat as a whole the terms may.
+
+A term of a sum that stands in a product is a tuple of factors, which are multiplied where it is written alone: most
+terms are those of another cell.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -35,5 +39,5 @@ def _taken_apart(node: Any, known: dict[Any, list[Any]]) -> list[Any]:
         long = [part for part in parts if isinstance(part, se.Add) and len(_terms(part, known)) >= LEAST]
         if len(long) == 1:
             rest = se.Mul(*(part for part in parts if part is not long[0]))
-            return [rest * term for term in _terms(long[0], known)]
+            return [(rest, *(term if isinstance(term, tuple) else (term,))) for term in _terms(long[0], known)]
     return [node]

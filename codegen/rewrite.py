@@ -112,6 +112,11 @@ def opposite(total: Any) -> Any:
     return se.Add(*(-part for part in operands(total)))
 
 
+def product(term: Any) -> Any:
+    """A term as an expression."""
+    return se.Mul(*term) if isinstance(term, tuple) else term
+
+
 @remembered
 def is_square(expression: Any) -> bool:
     """Whether it is an integer power that is written as a product, its base standing there more than once."""

@@ -7,6 +7,7 @@ from itertools import groupby
 
 from qddot.codegen.cells import LEAST
 
+_DIGITS = re.compile(r"(\d+)")
 _NUMBERED = re.compile(r"(.+_)(\d+)")
 
 
@@ -85,4 +86,5 @@ def _kind(k: int, entry: Entry) -> tuple[object, ...]:
 
 
 def _numberless(meaning: str, number: int, label: str) -> str:
-    return re.sub(rf"(?<!\d){number}(?!\d)", label, meaning)
+    parts = _DIGITS.split(meaning)
+    return "".join(label if part == str(number) else part for part in parts)
