@@ -100,8 +100,17 @@ def _row_of(slot: Slot) -> tuple[Any, ...]:
 
 def _any_repeat(writes: Iterable[Write], signatures: Signatures) -> bool:
     """Whether any rows repeat as they are: what is equal has equations of its own."""
-    rows = (list(row) for _, row in groupby(writes, key=lambda write: _row_of(write[0])))
-    return any(runs([signatures.row(row[0][0].argument, [(slot.index, e) for slot, e in row]) for row in rows]))
+    return any(runs(_signed(_rows(writes), signatures)))
+
+
+def _rows(writes: Iterable[Write]) -> list[list[Write]]:
+    """The writes, those that belong together beside each other."""
+    return [list(row) for _, row in groupby(writes, key=lambda write: _row_of(write[0]))]
+
+
+def _signed(rows: Rows, signatures: Signatures) -> list[Signature]:
+    """The signature of each row."""
+    return [signatures.row(row[0][0].argument, [(slot.index, e) for slot, e in row]) for row in rows]
 
 
 class Cost(NamedTuple):
@@ -167,8 +176,7 @@ class _Folding:
         opened = chain.from_iterable(
             self._opened(slot, e) if len(slot.index) == 1 else [(slot, e)] for slot, e in writes
         )
-        rows = [list(row) for _, row in groupby(opened, key=lambda write: _row_of(write[0]))]
-        whole = chain.from_iterable([[write] for write in row] if row[0][0].adds else [row] for row in rows)
+        whole = chain.from_iterable([[write] for write in row] if row[0][0].adds else [row] for row in _rows(opened))
         self._write(list(whole), self._others)
 
     def result(self) -> Folded:
@@ -192,8 +200,7 @@ class _Folding:
 
     def _write(self, rows: Rows, rest: Callable[[Rows], None]) -> None:
         """Write rows that repeat as loops; rest: what writes those that do not."""
-        signed = [self.signatures.row(row[0][0].argument, [(slot.index, e) for slot, e in row]) for row in rows]
-        at = 0
+        signed, at = _signed(rows, self.signatures), 0
         for run in runs(signed):
             begun, moving = self._begun(run, signed)
             if moving is not None:
