@@ -40,6 +40,7 @@ def pytest_collection_finish():
 LONGEST = (
     *("fuzz", "batch_killed", "differential", "damaged_batches", "docs", "package", "notebooks", "report"),
     *("trust_batches", "tables_of_two_arguments", "bicycle", "generate", "batch", "identify", "trust_places", "cells"),
+    *("coupled_cells", "structured_jacobians", "taylor_lanes"),
     *("knots_of_tables", "benchmark_library", "paper", "derivation", "tables_of_states", "power_balance", "ndf"),
     *("repeating_equations", "events_of_all_methods", "trust_compare", "trust_beam", "trust_units", "typed", "walls"),
     *("elementary", "command_line", "dense_output", "elimination_order", "standard_problems", "places"),
