@@ -1,11 +1,10 @@
 """Results of two machines side by side: of each case the quickest of ours, and of the other tools there."""
 
-import math
 from collections.abc import Iterator
 
 from benchmarks.compare import Measured
 from benchmarks.report import seconds
-from benchmarks.timing import Table, Timing
+from benchmarks.timing import Table
 
 #: Groups whose tables are contests with other tools.
 CONTESTS = ("single_run", "batch", "c_loop")
@@ -31,19 +30,12 @@ def _tables(measured: Measured) -> Iterator[Table]:
     """Those of contests in which one of ours and another took part."""
     for group in CONTESTS:
         for table in measured.groups.get(group, ()):
-            if all(_quickest(table, ours=ours) for ours in (True, False)):
+            if all(table.took_part(ours=ours) for ours in (True, False)):
                 yield table
 
 
-def _quickest(table: Table, *, ours: bool) -> Timing | None:
-    """The quickest of ours, or of the other tools; nothing where none took part."""
-    rows = [row for row in table.rows if math.isfinite(row.least) and row.name.startswith("qddot") is ours]
-    return min(rows, key=lambda row: row.least, default=None)
-
-
 def _cells(table: Table) -> Iterator[str]:
-    best, other = (_quickest(table, ours=ours) for ours in (True, False))
-    if best is not None and other is not None:
-        yield f"{best.name.removeprefix('qddot ')} {seconds(best.least)}"
-        yield f"{other.name} {seconds(other.least)}"
-        yield f"{other.least / best.least:.2g}"
+    best, other = (min(table.took_part(ours=ours), key=lambda row: row.least) for ours in (True, False))
+    yield f"{best.name.removeprefix('qddot ')} {seconds(best.least)}"
+    yield f"{other.name} {seconds(other.least)}"
+    yield f"{other.least / best.least:.2g}"

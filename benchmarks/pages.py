@@ -96,9 +96,7 @@ def _front(measured: Measured) -> str:
 
 
 def _line(table: Table) -> str:
-    rows = [row for row in table.rows if math.isfinite(row.least)]
-    ours = [row for row in rows if row.name.startswith("qddot")]
-    shown = [*ours[:_SHOWN], *[row for row in rows if row not in ours][:_SHOWN]]
+    shown = [row for ours in (True, False) for row in table.took_part(ours=ours)[:_SHOWN]]
     told = ", ".join(f"{row.name} {seconds(row.least)}" for row in shown)
     return f"- {table.title}{', a run' if table.per == 'run' else ''}: {told}.\n"
 

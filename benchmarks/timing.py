@@ -1,5 +1,6 @@
 """Interleaved repeats and their statistics, and what the machine can do at best."""
 
+import math
 import os
 import platform
 import subprocess
@@ -40,6 +41,10 @@ class Table:
     title: str
     rows: tuple[Timing, ...]
     per: str = "call"
+
+    def took_part(self, *, ours: bool) -> list[Timing]:
+        """The rows of qddot, or of the other tools, that took part."""
+        return [row for row in self.rows if math.isfinite(row.least) and row.name.startswith("qddot") is ours]
 
 
 def interleaved(contenders: Mapping[str, Callable[[], object]], repeats: int, *, warm: bool = False) -> list[Timing]:

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from math import inf
 from textwrap import fill
 from typing import Any
 
 import sympy
 
 from qddot.codegen.constrained import in_order
-from qddot.codegen.constrained_drafts import COLUMNS, RESTING, STAGES, calls, runtime_names, solution_slots
+from qddot.codegen.constrained_drafts import COLUMNS, RESTING, STAGES, calls, runtime_names
 from qddot.codegen.convert import symbol as convert_symbol
 from qddot.codegen.environment import environment
 from qddot.codegen.kernel import Kernel, Slot
@@ -145,24 +146,23 @@ def _function(program: Program, name: str, kernel: Kernel) -> Function:
 def _solving(program: Program, name: str, kernel: Kernel, printer: Printer) -> Iterable[tuple[str, ...]]:
     """The paragraphs of a kernel that solves for accelerations: what it needs for that, the call, and what follows."""
     equations, base = program.equations_of(name), name.removeprefix(RESTING)
-    solved, slots = solution_slots(name, equations), program.slots_of(name)
-    after = made_of(solved, kernel) & {symbol for symbol, _ in kernel.temporaries}
-    before = {symbol for symbol, _ in kernel.temporaries} - after
+    solved, slots = program.solved_in(name), program.slots_of(name)
+    known = {symbol for symbol, _ in kernel.temporaries}
+    after = made_of(solved, kernel) & known
     reports = bool(kernel.used & solved.keys() - set(equations.accelerations))
     width = program.width(base) if base in ("jacobian", "input_jacobian") else 0
     n, columns = len(equations.coordinates), any(slot.argument in COLUMNS for slot, _ in kernel.writes)
     called = calls(base, n, len(equations.constraints), width, reports=reports)
     others = [write for write in kernel.writes if write[0].argument not in (*STAGES, *kernel.arrays)]
-    rows = [write for write in others if columns and write[0].index[0] >= 2 * n]  # behind those that are solved for
-    first = [write for write in others if write not in rows]
-    all_slots = {**slots, **kernel.kept, **solved}
-    write = partial(written, kernel, slots=all_slots, printer=printer)
+    behind = 2 * n if columns else inf  # rows of matrices behind those that are solved for
+    first, rows = ([each for each in others if (each[0].index[0] >= behind) is late] for late in (False, True))
+    write = partial(written, kernel, slots={**slots, **kernel.kept, **solved}, printer=printer)
     yield from opening(kernel, slots, printer, after)
     yield called.made
     yield from write(_of_stage(kernel, 0))
     yield called.solved
     yield tuple(f"{symbol} = {slot}" for symbol, slot in solved.items() if symbol in kernel.held)
-    yield temporaries(kernel, printer, None, before)
+    yield temporaries(kernel, printer, None, known - after)
     yield from write(_of_stage(kernel, 1))
     yield from write(first, target=HEADS[name][0][-1])
     yield from write(rows, target=HEADS[name][0][-1], start=kernel.entries(first) + n * width)

@@ -17,7 +17,14 @@ from qddot.runner.matrices import Pattern, PlacedKernel
 from qddot.runner.stiff import space
 from qddot.runner.stiff.band import Band, band_of
 from qddot.runner.stiff.matrix import structure_of
-from qddot.runner.stiff.sparse import Sparse, factorize_shifted_sparse, multiply_sparse, solve_sparse, sparse_of
+from qddot.runner.stiff.sparse import (
+    Sparse,
+    factorize_shifted_sparse,
+    fewest_multiplications,
+    multiply_sparse,
+    solve_sparse,
+    sparse_of,
+)
 
 SEED = 20261127
 METHOD_NAMES = ("ode15s", "rodas5p")
@@ -181,6 +188,7 @@ def test_factors_of_what_fills_in_solve_as_numpy_does(seed, n, density, b):
         np.testing.assert_allclose(x, np.linalg.solve(A, right), rtol=0, atol=1e-4 * np.abs(x).max())
         np.testing.assert_allclose(product, J @ x, rtol=0, atol=1e-12 * (1 + np.abs(J) @ np.abs(x)).max())
     assert not failed or b > 1e-3
+    assert fewest_multiplications(n, *np.nonzero(J)) <= sparse_of(n, *np.nonzero(J)).multiplications
     assert arrays["factors"].size == place.cells
 
 

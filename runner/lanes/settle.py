@@ -45,11 +45,15 @@ def fail(batch, control, pack, pair, lane):
 @compiled(**LEAN)
 def status_of(batch, control, pack, pair, lane, stuck):
     """How the run of a lane stands after a step."""
+    return fail(batch, control, pack, pair, lane) if stuck >> lane & 1 else status_unless_stuck(batch, pack, lane)
+
+
+@compiled(**LEAN)
+def status_unless_stuck(batch, pack, lane):
+    """The same of a run that is not stuck; one that passes a stop is fresh then."""
     its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
     good = its.good > 0.0
     at_stop = good and its.lands > 0.0
-    if stuck >> lane & 1:
-        return fail(batch, control, pack, pair, lane)
     if at_stop and its.stop == floats(batch.t1, batch.runs)[run]:
         return FINISHED
     if good and batch.max_steps > 0 and its.steps >= batch.max_steps:

@@ -17,6 +17,7 @@ from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.samples import aim, write_aimed, write_samples
 from qddot.runner.lanes.series import SERIES_TYPE, look_around, take_factors
 from qddot.runner.lanes.series_step import end_steps, judge_steps, plan_steps, set_behind, size_steps
+from qddot.runner.lanes.settle import status_unless_stuck
 from qddot.runner.lanes.terms import size_states, size_terms
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
@@ -30,7 +31,6 @@ from qddot.runner.problem import Status
 #: As np.int64, because numba compiles a function again for every literal int that it is called with.
 RUNNING, FINISHED = np.int64(Status.RUNNING), np.int64(Status.FINISHED)
 NON_FINITE, STEP_UNDERFLOW = np.int64(Status.NON_FINITE), np.int64(Status.STEP_UNDERFLOW)
-TOO_MANY_STEPS = np.int64(Status.TOO_MANY_STEPS)
 
 
 @compiled(**LEAN)
@@ -86,18 +86,10 @@ def fail(batch, pack, series, lane):
 @compiled(**LEAN)
 def status_of(batch, pack, series, lane, stuck):
     """How the run of a lane stands after a step."""
-    its, run = control_of(pack, lane), integers(pack.run, LANES)[lane]
     if stuck >> lane & 1:
         integers(pack.evaluations, LANES)[lane] = 1
         return fail(batch, pack, series, lane)
-    at_stop = its.good > 0.0 and its.lands > 0.0
-    if at_stop and its.stop == floats(batch.t1, batch.runs)[run]:
-        return FINISHED
-    if its.good > 0.0 and batch.max_steps > 0 and its.steps >= batch.max_steps:
-        return TOO_MANY_STEPS
-    if at_stop:
-        its.fresh = pack.fresh = 1
-    return RUNNING
+    return status_unless_stuck(batch, pack, lane)
 
 
 @compiled(**LEAN)

@@ -23,6 +23,7 @@ from qddot.runner.stiff.band import (
 from qddot.runner.stiff.sparse import (
     Sparse,
     factorize_shifted_sparse,
+    fewest_multiplications,
     multiply_sparse,
     place_in_sparse,
     solve_sparse,
@@ -43,6 +44,8 @@ def structure_of(problem: Problem) -> Band | Sparse | None:
     rows, columns = problem.jacobian.pattern.rows, problem.jacobian.pattern.columns
     band = band_of(n, rows, columns)
     cost = n**3 // 3 if band is None else band.multiplications
+    if SLOWER * fewest_multiplications(n, rows, columns) >= cost:
+        return band
     sparse = sparse_of(n, rows, columns)
     return sparse if sparse is not None and SLOWER * sparse.multiplications < cost else band
 

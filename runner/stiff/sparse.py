@@ -52,6 +52,13 @@ class Sparse:
         return {**cells, **own, "place_of": self.order, "scratch": np.zeros(2 * len(self.order))}
 
 
+def fewest_multiplications(n: int, rows: Integers, columns: Integers) -> float:
+    """Those of an elimination in which nothing fills in and all rows are as long: the least that `Sparse` can have."""
+    beside = rows != columns
+    first, last = np.minimum(rows, columns)[beside], np.maximum(rows, columns)[beside]
+    return len(np.unique(first * n + last)) ** 2 / n
+
+
 def sparse_of(n: int, rows: Integers, columns: Integers) -> Sparse | None:
     """The factors of a matrix with entries at these places and on the diagonal; None where SuperLU finds no order."""
     from scipy.sparse import coo_array, csr_array, eye_array  # noqa: PLC0415 - of large models alone
