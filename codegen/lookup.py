@@ -17,6 +17,8 @@ from qddot.model.table import DATA, HELD, LINES, Table, ending, knots_of
 _MEANINGS = ("Value at x", "First derivative at x", "Second derivative at x", "Third derivative at x")
 _HELD = HELD.removeprefix("_")
 _FORMS, _HOLDING = ("", HELD), ", in a piece of the sign that is held"
+#: What functions call the arrays that they read, each bound once: to numba every mention of a global is one more copy.
+_PIECES, _ORIGINS, _KNOTS = "pieces", "origins_", "knots_"
 #: Columns of the arrays of knots: the sign of a piece, and where the next one is nearer than the one before.
 _SIGN, _MIDDLE = 5, 6
 
@@ -122,10 +124,8 @@ def _knots(table: Table, which: int, called: Iterable[str]) -> Lookup:
             name=f"{name}{ending((order,))}",
             arguments=argument.name,
             docstring=f"{_meaning((order,))} of what changes its sign where pieces of the table {table.name} meet.",
-            search=tuple(_search(argument, _halvings(pieces.pieces), f"{name}{DATA}", ", 0")),
-            value=_polynomial(
-                argument.distance, order, [f"{name}{DATA}[{argument.number}_1, {k + 1}]" for k in range(4)]
-            ),
+            search=(f"{_PIECES} = {name}{DATA}", *_search(argument, _halvings(pieces.pieces), _PIECES, ", 0")),
+            value=_polynomial(argument.distance, order, [f"{_PIECES}[{argument.number}_1, {k + 1}]" for k in range(4)]),
         )
         for order in range(pieces.degree + 1)
         if f"{name}{ending((order,))}" in called
@@ -183,9 +183,15 @@ def _searches(table: Table, *, held: bool) -> Iterator[str]:
     pieces, name = table.pieces, f"{table.name}{DATA}"
     of_two = isinstance(pieces, Patches)
     lines = (pieces.x, pieces.y) if isinstance(pieces, Patches) else (pieces.pieces,)
+    yield f"{_PIECES} = {name}"
     for k, line in enumerate(lines):
-        origins, column = (f"{name}{LINES[k]}", "") if of_two else (name, ", 0")
-        knots = f"{knots_of(table.name, k, table.count)}{DATA}" if held and table.located[k] else None
+        origins, column, knots = _PIECES, ", 0", None
+        if of_two:
+            origins, column = f"{_ORIGINS}{_ARGUMENTS[k].name}", ""
+            yield f"{origins} = {name}{LINES[k]}"
+        if held and table.located[k]:
+            knots = f"{_KNOTS}{_ARGUMENTS[k].name}"
+            yield f"{knots} = {knots_of(table.name, k, table.count)}{DATA}"
         yield from _search(_ARGUMENTS[k], _halvings(line), origins, column, knots)
     if isinstance(pieces, Patches):
         i, j = (_piece(table, k, held=held) for k in (0, 1))
@@ -212,12 +218,12 @@ def _search(argument: Argument, halvings: int, origins: str, column: str, knots:
 
 
 def _value(table: Table, orders: Sequence[int], piece: str) -> str:
-    """Horner's form of the derivative of these orders: a[i, 1] + d * (a[i, 2] + d * a[i, 3])."""
-    name, width = f"{table.name}{DATA}", table.pieces.degree + 1
+    """Horner's form of the derivative of these orders: pieces[i, 1] + d * (pieces[i, 2] + d * pieces[i, 3])."""
+    width = table.pieces.degree + 1
     if table.count == 1:
-        return _polynomial("d", orders[0], [f"{name}[{piece}, {power + 1}]" for power in range(width)])
+        return _polynomial("d", orders[0], [f"{_PIECES}[{piece}, {power + 1}]" for power in range(width)])
     by_x, by_y = orders
-    rows = ([f"{name}[row, {power * width + k}]" for k in range(width)] for power in range(width))
+    rows = ([f"{_PIECES}[row, {power * width + k}]" for k in range(width)] for power in range(width))
     parts = (_polynomial("e", by_y, row) for row in rows)
     return _polynomial("d", by_x, [f"({part})" if "+" in part else part for part in parts])
 
