@@ -44,10 +44,10 @@ def split(text: str) -> tuple[float, str]:
     if number is None:
         raise ValueError(_no_number(text))
     rest = text[number.end() :].lstrip(_BLANKS)
-    if _misread(rest):
-        raise ValueError(_two_numbers(text, number[0]))
     if rest.startswith(("*", "·", "⋅")) and not rest.startswith("**"):
         rest = rest[1:].lstrip(_BLANKS) or rest
+    if _misread(rest):
+        raise ValueError(_two_numbers(text, number[0]))
     return float(number[0]), rest
 
 
