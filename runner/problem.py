@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,17 @@ from qddot.runner.tables import EventRow
 FOREVER = 1e100
 #: The longest first step of such a run, s, or relative to its start.
 FIRST_OF_FOREVER = 1e-3
+Made = TypeVar("Made")
+
+
+def unchecked(kind: type[Made], values: dict[str, Any]) -> Made:
+    """A frozen dataclass of these values, others being plain defaults, in a quarter of the time its initializer takes.
+
+    For what each run makes: nothing is checked, nor done after it.
+    """
+    made = object.__new__(kind)
+    vars(made).update(values)
+    return made
 
 
 #: What a problem has of a model's kernels.
@@ -134,9 +145,7 @@ class Problem:
 
     def started_from(self, x: NDArray[np.float64], workplaces: dict[Any, list[Any]]) -> "Problem":
         """The same from another initial state (n_states,), to be run where `workplaces` has what such runs need."""
-        other = object.__new__(Problem)  # checks nothing again, and takes a quarter of the time that `copy` takes
-        vars(other).update(vars(self), initial_state=x, workplaces=workplaces)
-        return other
+        return unchecked(Problem, vars(self) | {"initial_state": x, "workplaces": workplaces})
 
     def without_kernels(self) -> "Problem":
         """The same, with nothing of a model's kernels: what can be pickled."""

@@ -15,7 +15,7 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.pointers import call_kernel, pointer
 from qddot.runner.method import Method
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Status, Trajectory
+from qddot.runner.problem import Problem, Status, Trajectory, unchecked
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
 
@@ -96,24 +96,26 @@ def as_solution(
     between: Callable[[], Between] | None = None,
 ) -> Solution:
     """The solution of this trajectory; between: gives what lies between its points."""
-    failed = trajectory.failed_state
-    return Solution(
-        t=trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
-        states=trajectory.states.view(),
-        beside=partial(_beside, subject, problem, trajectory.t, trajectory.states),
-        quantities=subject.quantities,
-        n_states=len(subject.states),
-        n_outputs=len(subject.outputs),
-        status=trajectory.status,
-        message=_message(subject, problem, method, options, trajectory),
-        statistics=trajectory.statistics,
-        metadata=_metadata(subject, method, options),
-        failed_at=trajectory.failed_at,
-        failed_state=subject.states[failed].name if failed >= 0 else "",
-        extras=trajectory.extras,
-        headlines=subject.headlines,
-        between=between,
-    )
+    failed, t, states = trajectory.failed_state, trajectory.t.view(), trajectory.states.view()
+    t.flags.writeable = states.flags.writeable = False  # as `Solution` does; kernels take what they may write to
+    values = {
+        "t": t,
+        "states": states,
+        "beside": partial(_beside, subject, problem, trajectory.t, trajectory.states),
+        "quantities": subject.quantities,
+        "n_states": len(subject.states),
+        "n_outputs": len(subject.outputs),
+        "status": trajectory.status,
+        "message": _message(subject, problem, method, options, trajectory),
+        "statistics": trajectory.statistics,
+        "metadata": _metadata(subject, method, options),
+        "failed_at": trajectory.failed_at,
+        "failed_state": subject.states[failed].name if failed >= 0 else "",
+        "extras": trajectory.extras,
+        "headlines": subject.headlines,
+        "between": between,
+    }
+    return unchecked(Solution, values)
 
 
 def values_at(

@@ -30,7 +30,7 @@ from qddot.runner.method import Method
 from qddot.runner.methods import find_method
 from qddot.runner.options import TABLE, Options
 from qddot.runner.pictures.arrange import MULTIPLIERS
-from qddot.runner.problem import Problem
+from qddot.runner.problem import Problem, unchecked
 from qddot.runner.result import IntegrationError, Subject, as_solution
 from qddot.runner.solution import Solution
 from qddot.runner.switching import sides
@@ -114,11 +114,12 @@ class Simulation:
         x = problem.initial_state
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
-            if self.model is not None:
+            if self.model is not None and self.model.tables.constraints:
                 x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)
         problem = problem.started_from(x, self._workplaces)
         trajectory = integrate(problem, self.method, self.options)
-        whole = Stretch(problem.t0, x, trajectory.statistics.steps, float(trajectory.t[-1]))
+        t0, steps, end = problem.t0, trajectory.statistics.steps, float(trajectory.t[-1])
+        whole = unchecked(Stretch, {"t0": t0, "x": x, "steps": steps, "end": end})
         between = _Between(self, trajectory.extras.get("stretches") or (whole,))
         problem = as_run(problem, trajectory)
         solution = as_solution(self.subject, problem, self.method, self.options, trajectory, between)

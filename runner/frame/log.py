@@ -15,8 +15,8 @@ from qddot.runner.frame.events import EventLog, names_of
 from qddot.runner.frame.output_times import check_points
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, reading, record
-from qddot.runner.problem import Problem, Statistics, Status, Trajectory
+from qddot.runner.machine.memory import INLINE, LEAN, address, floats, integers, layout, number_in, reading, record
+from qddot.runner.problem import Problem, Statistics, Status, Trajectory, unchecked
 
 #: Points that there is room for at first, beyond twice the wanted times; doubled whenever half of it is used up.
 FIRST_ROOM = 8192
@@ -59,6 +59,10 @@ class Log:
     def _read(self) -> Callable[[], tuple[int, ...]]:
         return reading(self.record, *Used._fields)
 
+    @cached_property
+    def _saved(self) -> Callable[[], int]:
+        return number_in(self.record, "saved")
+
     @property
     def used(self) -> Used:
         """How much is written down, and how much there is room for."""
@@ -88,7 +92,7 @@ class Log:
 
     def save(self, t: float, x: NDArray[np.float64]) -> None:
         """Append a point, unless the last one is of this time, or pieces are recorded."""
-        place = self.used.saved
+        place = self._saved()
         if self.recorder is not None:
             self._hand_over()
         elif place == 0 or self.arrays["saved_t"][place - 1] < t:
@@ -123,14 +127,15 @@ class Log:
 
         events: those watched for.
         """
-        used = self.used
-        t, states = self.arrays["saved_t"][: used.saved].copy(), self.arrays["saved_x"][: used.saved].copy()
+        saved = self._saved()
+        t, states = self.arrays["saved_t"][:saved].copy(), self.arrays["saved_x"][:saved].copy()
         failed_at, failed_state = failure() if status in FAILURES else (np.nan, -1)
         extras = {}
         if events:
-            t_found, event, x_found = (self.arrays[name][: used.found].copy() for name in EVENTS)
+            t_found, event, x_found = (self.arrays[name][: self.used.found].copy() for name in EVENTS)
             extras["events"] = EventLog(t_found, event, x_found, names_of(events))
-        return Trajectory(t, states, status, statistics, float(failed_at), int(failed_state), extras)
+        found = {"t": t, "states": states, "status": status, "statistics": statistics, "extras": extras}
+        return unchecked(Trajectory, found | {"failed_at": float(failed_at), "failed_state": int(failed_state)})
 
 
 def log_for(

@@ -6,6 +6,7 @@ which a run failed, or was interrupted, is left to the dust: nothing of it can r
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -15,9 +16,9 @@ from qddot.runner.frame.log import Log
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.machine.memory import reading
+from qddot.runner.machine.memory import number_in, reading
 from qddot.runner.options import Options
-from qddot.runner.problem import Problem, Statistics, Trajectory
+from qddot.runner.problem import Problem, Statistics, Trajectory, unchecked
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -57,17 +58,17 @@ class Marching:
         log.begin(problem.initial_state)
         status = run_slices(
             self.one_slice,
-            fraction_done=lambda: (self._now - problem.t0) / (problem.t1 - problem.t0),
+            fraction_done=lambda: (self._now() - problem.t0) / (problem.t1 - problem.t0),
             progress=options.progress,
             time_limit=options.time_limit,
         )
-        log.save(self._now, self.state)
-        counts = Statistics(**self.counts(), wall_time=working_time() - start)
+        log.save(self._now(), self.state)
+        counts = unchecked(Statistics, self.counts() | {"wall_time": working_time() - start})
         return log.trajectory(status, counts, self._failure, options.events), log.reusable(status)
 
-    @property
-    def _now(self) -> float:
-        return float(self.course["now"])
+    @cached_property
+    def _now(self) -> Callable[[], float]:
+        return number_in(self.course, "now")
 
     def _failure(self) -> tuple[float, int]:
         return float(self.course[self.failed_at]), int(self.course["failed_state"])

@@ -8,6 +8,7 @@ caller keeps the arrays alive; nothing here checks bounds.
 
 import ctypes
 from collections.abc import Callable
+from functools import partial
 from inspect import Parameter, Signature
 from operator import itemgetter
 from typing import Any
@@ -92,6 +93,13 @@ def reading(of: np.void, *names: str) -> Callable[[], tuple[int, ...]]:
     numbers: NDArray[np.int64] = base.view(np.int64)
     chosen = itemgetter(*(of.dtype.fields[name][1] // 8 for name in names))  # type: ignore[index]  # it has fields
     return lambda: chosen(numbers.tolist())
+
+
+def number_in(of: np.void, name: str) -> Callable[[], Any]:
+    """What reads one field of a record as a number of Python's, in a tenth of the time that its name takes."""
+    base: Any = of.base
+    kind, where = of.dtype.fields[name][:2]  # type: ignore[index]  # it has fields
+    return partial(base.view(kind).item, where // 8)
 
 
 def writable(array: NDArray[Any]) -> NDArray[Any]:

@@ -55,11 +55,11 @@ def worst_state(space, k):
 @compiled(**LEAN)
 def step_size(space, rtol):
     """The step by the last two coefficients; 0 where one is not finite, infinite where both vanish."""
-    order, radius = space.highest, np.inf
+    order, growth = space.highest, -np.inf  # that of the radius's inverse, as a logarithm: a power takes two of them
     for k in range(order - 1, order + 1):
         found = size(space, rtol, k)
         if found == np.inf:
             return 0.0
         if found > 0.0:
-            radius = min(radius, found ** (-1.0 / k))
-    return radius * np.exp(np.log(rtol) / order - 0.7 / (order - 1))
+            growth = max(growth, np.log(found) / k)
+    return np.exp(np.log(rtol) / order - 0.7 / (order - 1) - growth)
