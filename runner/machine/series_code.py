@@ -29,8 +29,8 @@ from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 #: Vectors of states that a polynomial is summed for at once, and sums over lower orders that stay in registers.
 _SUMS, _AT_ONCE = 8, 14
 #: Doubles of a vector, and the fewest sums over lower orders for which vectors are as wide: with fewer of them, putting
-#: nodes side by side costs more than it saves.
-_WIDTHS = ((8, 28), (4, 16), (2, 0))
+#: nodes side by side costs more than it saves. So many other nodes save as much as a sum.
+_WIDTHS, _NODES_OF_A_SUM = ((8, 28), (4, 16), (2, 0)), 10
 #: Doubles of the vectors that a polynomial is summed in, those of a row: rows of states are padded to as many.
 _WIDE = 8
 _POINTER = SCALAR.as_pointer()
@@ -77,7 +77,7 @@ def series_code(
     table = read_recurrences(text, states, inputs, constants)
     live = live_nodes(table)
     sums = sum(len(SUMS.get(node.rule, ())) for name, node in table.nodes.items() if name in live)
-    shape = _shape(sums, runs)
+    shape = _shape(sums + len(live) // _NODES_OF_A_SUM, runs)
     file = _file(repr((text, states, inputs, constants, shape)))
     found = _read(file)
     if found is None:

@@ -24,8 +24,8 @@ from qddot.runner.taylor.step import order_for
 if TYPE_CHECKING:
     from qddot.runner.method import Method
 
-#: Coefficients computed in a slice: some milliseconds of work.
-SLICE_WORK = 1_000_000
+#: Terms of coefficients in a slice, some milliseconds of work; those of a coefficient that is no sum over lower orders.
+SLICE_WORK, TERMS = 1_000_000, 4
 #: Points saved in a step where no output times are given: a step is some tenth of an oscillation.
 REFINE = 4
 COUNTS = ("steps", "evaluations")
@@ -69,7 +69,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         refine, course["max_steps"] = min(order, DEGREE), recorder.steps
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
-    most_steps = max(16, SLICE_WORK // (order * order * int(space["n"])))
+    most_steps = max(16, SLICE_WORK // (order * (order if code.sums else TERMS) * int(space["n"])))
     go_on, most_events = loop.of(space, course, log.record, watch), int(watch["most"])
 
     def one_slice() -> int:

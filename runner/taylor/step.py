@@ -16,7 +16,7 @@ from qddot.runner.machine.memory import LEAN
 from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
 #: R without sums over lower orders, and with them; the lowest and the highest order.
-PLAIN, RATIO, LOWEST, HIGHEST = 0.75, 1.5, 5, 30
+PLAIN, RATIO, LOWEST, HIGHEST = 0.5, 1.5, 5, 30
 
 
 def order_for(rtol: float, sums: int) -> int:
@@ -25,19 +25,20 @@ def order_for(rtol: float, sums: int) -> int:
 
 
 @compiled(**LEAN)
-def size(space, rtol, k):
-    """The largest coefficient of order k, relative to its state or to where the absolute tolerance takes over.
-
-    rtol: the least of all. Infinite where one is no number.
+def sizes(space, rtol):
+    """The largest coefficients of the last two orders, relative to their states or to where the absolute tolerance
+    takes over. rtol: the least of all. Infinite where one is no number.
     """
-    now, row = coefficient(space, 0), coefficient(space, k)
+    order = space.highest
+    now, before, last = coefficient(space, 0), coefficient(space, order - 1), coefficient(space, order)
     relative, absolute = states(space, RTOL), states(space, ATOL)
-    largest = 0.0
+    one, two, total = 0.0, 0.0, 0.0
     for i in range(space.n):
-        part = abs(row[i]) * rtol / max(relative[i] * abs(now[i]), absolute[i])
-        if not part <= largest:
-            largest = part if part < np.inf else np.inf
-    return largest
+        scale = rtol / max(relative[i] * abs(now[i]), absolute[i])
+        of_before, of_last = abs(before[i]) * scale, abs(last[i]) * scale
+        one, two = of_before if of_before > one else one, of_last if of_last > two else two
+        total += of_before + of_last  # comparisons pass over what is no number, a sum does not
+    return (one, two) if total < np.inf else (np.inf, np.inf)
 
 
 @compiled(**LEAN)
@@ -55,11 +56,13 @@ def worst_state(space, k):
 @compiled(**LEAN)
 def step_size(space, rtol):
     """The step by the last two coefficients; 0 where one is not finite, infinite where both vanish."""
-    order, growth = space.highest, -np.inf  # that of the radius's inverse, as a logarithm: a power takes two of them
-    for k in range(order - 1, order + 1):
-        found = size(space, rtol, k)
-        if found == np.inf:
-            return 0.0
-        if found > 0.0:
-            growth = max(growth, np.log(found) / k)
+    order = space.highest
+    before, last = sizes(space, rtol)
+    if last == np.inf:
+        return 0.0
+    growth = -np.inf  # that of the radius's inverse, as a logarithm: a power would take two of them
+    if before > 0.0:
+        growth = np.log(before) / (order - 1)
+    if last > 0.0:
+        growth = max(growth, np.log(last) / order)
     return np.exp(np.log(rtol) / order - 0.7 / (order - 1) - growth)
