@@ -1,25 +1,19 @@
 """Fixtures that several test files share."""
 
 import gc
-import importlib
 from pathlib import Path
-from types import ModuleType
 
-import numpy as np
 import pytest
 from drivers import IMPORTS, MANY, TASKS, compile_a_share
 
-from qddot.codegen.sources import shipped, shipped_names
-from qddot.model.system import System
-from qddot.runner.ranges import expanded
-
-#: Shipped models that independent programs know whole; those with internal states have tests of their own, and so have
-#: those with constraints, whose kernels call functions of the runner.
-CONSTRAINED = ("four_bar",)
-MODELS = tuple(name for name in shipped_names() if name not in CONSTRAINED and not shipped(name).states)
-
 #: To collect 190 files makes half a million objects, which stay: Python need not look through them again and again.
 gc.disable()
+
+
+def pytest_configure(config):
+    """Give tests the fixtures of models, but where a process only hands out tests to others: these wait for it."""
+    if hasattr(config, "workerinput") or config.getoption("dist", "no") == "no":
+        config.pluginmanager.import_plugin("models")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -75,34 +69,3 @@ def chromium():
     browser = Chromium()
     yield browser
     browser.close()
-
-
-@pytest.fixture(params=MODELS)
-def name(request):
-    return request.param
-
-
-@pytest.fixture
-def system(name) -> System:
-    return shipped(name)
-
-
-@pytest.fixture
-def kernels(name) -> ModuleType:
-    """The generated module; `py_func` of a kernel runs it without the compiler."""
-    return importlib.import_module(f"qddot.generated.{name}")
-
-
-@pytest.fixture
-def points(system, kernels):
-    """Random points of a model: (t, x, u, p, c); parameters positive, coordinates of all signs."""
-    rng = np.random.default_rng(7)
-    found = []
-    for _ in range(100):
-        defaults = np.array([parameter.default for parameter in system.parameters])
-        p = np.where(defaults == 0, 0.3, defaults) * rng.uniform(0.7, 1.3, len(defaults))
-        c = np.empty(len(p) + len(expanded(kernels.CONSTANT)))
-        kernels.constants.py_func(p, c)
-        x = rng.uniform(-1.5, 1.5, 2 * kernels.COORDINATES)
-        found.append((rng.uniform(0, 10), x, rng.uniform(-1, 1, len(expanded(kernels.INPUT))), p, c))
-    return found

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import command
-from conftest import MODELS
 from lane_assembly import FEATURES, PACKED, SCALAR, fresh, needs_avx
+from models import MODELS
 from numba import types
 
 import qddot

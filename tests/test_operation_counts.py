@@ -4,7 +4,7 @@ from random import Random
 
 import counted
 import pytest
-from conftest import CONSTRAINED
+from models import CONSTRAINED
 
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower

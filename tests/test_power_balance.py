@@ -4,7 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
-from conftest import MODELS
+from models import MODELS
 from numba import njit
 
 import qddot

@@ -8,9 +8,9 @@ from importlib.util import module_from_spec, spec_from_file_location
 
 import numpy as np
 import pytest
-from conftest import MODELS
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from models import MODELS
 from numba import njit
 from numba.core.errors import TypingError
 
