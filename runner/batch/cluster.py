@@ -2,6 +2,7 @@
 
 import logging
 import socket
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -59,8 +60,26 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             yield client
         return
     options = {"threads_per_worker": 1, "processes": True, "dashboard_address": None, "silence_logs": logging.CRITICAL}
-    with LocalCluster(n_workers=workers, **options) as cluster, Client(cluster) as client:
+    with _forked(), LocalCluster(n_workers=workers, **options) as cluster, Client(cluster) as client:
         yield client
+
+
+@contextmanager
+def _forked() -> Iterator[None]:
+    """Have worker processes, those in place of killed ones too, forked from one that has loaded what they need.
+
+    To load that takes seconds of each otherwise. The one they are forked from has no threads. Elsewhere than on Linux
+    they start as Dask starts them.
+    """
+    import dask  # noqa: PLC0415 - an optional library
+    from distributed.utils import get_mp_context  # noqa: PLC0415
+
+    if sys.platform != "linux":
+        yield
+        return
+    with dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}):
+        get_mp_context().set_forkserver_preload(["distributed.nanny", "zarr", __name__])  # in place of Dask's own
+        yield
 
 
 def on_workers(
