@@ -1,5 +1,6 @@
 """Where in a file something is wrong: the line that sets a key, for messages."""
 
+from functools import lru_cache
 from pathlib import Path
 
 from qddot.runner.study.toml import text_of
@@ -16,9 +17,19 @@ def place(path: Path, key: str, text: str | None = None) -> str:
 
 def _line(text: str, key: list[str]) -> int | None:
     """The line that sets a key, or the header of the table that lacks it."""
+    best: tuple[int, int] | None = None
+    for number, here in _set(text):
+        if here[0] == key[0] and key[: len(here)] == here and (best is None or len(here) > best[0]):
+            best = (len(here), number)
+    return best[1] if best else None
+
+
+@lru_cache(maxsize=1)
+def _set(text: str) -> list[tuple[int, list[str]]]:
+    """Lines that set a key, or begin a table, with its parts: once for all mistakes of a file."""
     table: list[str] = []
     counts: dict[tuple[str, ...], int] = {}
-    best: tuple[int, int] | None = None
+    found: list[tuple[int, list[str]]] = []
     for number, line in enumerate(text.splitlines(), start=1):
         said = line.strip()
         if said.startswith("["):
@@ -26,14 +37,10 @@ def _line(text: str, key: list[str]) -> int | None:
             if said.startswith("[["):  # the items of an array are numbered
                 counts[tuple(table)] = counts.get(tuple(table), -1) + 1
                 table = [*table, str(counts[tuple(table)])]
-            here = table
+            found.append((number, table))
         elif "=" in said:
-            here = table + _parts(said.partition("=")[0])
-        else:
-            continue
-        if key[: len(here)] == here and (best is None or len(here) > best[0]):
-            best = (len(here), number)
-    return best[1] if best else None
+            found.append((number, table + _parts(said.partition("=")[0])))
+    return found
 
 
 def _parts(dotted: str) -> list[str]:
