@@ -12,13 +12,14 @@ from qddot.runner.methods import METHODS
 from qddot.runner.metrics.table import METRICS
 from qddot.runner.modes import Mode, described, taking_part
 from qddot.runner.pictures.arrange import REACTION, undetermined
+from qddot.runner.report.plain_table import PlainTable
 from qddot.runner.solution import ROUNDING, Solution
 from qddot.words import counted
 
 
 def plain_table(title: str, *columns: str, numbers: int = 0) -> Table:
     """A table whose last `numbers` columns are aligned to the right."""
-    table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
+    table = PlainTable(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
     for index, column in enumerate(columns):
         justify: Literal["left", "right"] = "right" if index >= len(columns) - numbers else "left"
         table.add_column(column, justify=justify, overflow="fold", no_wrap=index == 0 or justify == "right")
