@@ -66,7 +66,7 @@ def damaged_files(store: Store) -> list[str]:
 def _is_whole_root(store: Store, record: Mapping[str, Any], root: Mapping[str, Any]) -> bool:
     """Whether the metadata at the root say what they should, of the batch and of each array."""
     alike = all(_holds(seen(_said_at_root(root, name)), view) for name, view in record["variables"].items())
-    return alike and _holds(root.get("attributes"), record["attributes"]) and _opened(store.path) is not None
+    return alike and _holds(root.get("attributes"), record["attributes"]) and _opens_whole(store.path)
 
 
 def _said_at_root(root: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -124,13 +124,13 @@ def _digests(store: Store, name: str, count: int) -> Iterator[tuple[int, str | N
 
 
 def _digest_of(store: Store, name: str) -> str | None:
-    array = _opened(store.path / name)
-    values = None if array is None else read_array(array)
+    """The digest of a coordinate, None where it cannot be read."""
+    values = read_array(store.array(name)) if _opens(store, name) else None
     return None if values is None else of_values(values)
 
 
 def _opens(store: Store, name: str) -> bool:
-    """Whether there is the array of a result."""
+    """Whether there is an array of this name."""
     try:
         store.array(name)
     except Exception:
@@ -138,16 +138,13 @@ def _opens(store: Store, name: str) -> bool:
     return True
 
 
-def _opened(path: Path) -> Any:
-    """The Zarr array at a path, or the group with its arrays, None where there is none, whatever the reason."""
+def _opens_whole(path: Path) -> bool:
+    """Whether there is a Zarr group at a path with arrays in it that can be opened."""
     try:
-        found = zarr.open(str(path), mode="r", zarr_format=3)
-        if isinstance(found, zarr.Group):
-            for name in found:
-                found[name]
+        dict(zarr.open_group(str(path), mode="r", zarr_format=3).members())  # all at once
     except Exception:
-        return None
-    return found
+        return False
+    return True
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -85,7 +85,7 @@ class Store:
         return {}
 
     def array(self, name: str) -> Any:
-        """The Zarr array of a result, opened once. Raises what Zarr raises where there is none."""
+        """The Zarr array of a result or a coordinate, opened once. Raises what Zarr raises where there is none."""
         if name not in self._arrays:
             self._arrays[name] = zarr.open_array(str(self.path / name), mode="r+", zarr_format=3)
         return self._arrays[name]
