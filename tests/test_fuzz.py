@@ -131,6 +131,8 @@ class Place:
             self.study.write_text(TABLE)
         if kind == "library":
             (folder / "library").mkdir()
+        if kind == "reading":
+            shutil.copytree(STUDIES, folder / "studies")
         if kind == "store":
             self.study.write_text(FEW)
             self.store = run_batch(self.study, folder / "wrong.zarr")
@@ -198,8 +200,9 @@ class Place:
     def _reading(self, rng):
         """Files that take long where they are right: they are called where reading them alone refuses them."""
         kind = rng.choice(["identify", "claims"])
-        shutil.copytree(STUDIES, self.folder / "studies", dirs_exist_ok=True)
         name = rng.choice(["identify_recoil", "identify_recoil_and_damping"]) if kind == "identify" else "paper"
+        for each in ("identify_recoil", "identify_recoil_and_damping", "paper"):
+            shutil.copy(STUDIES / "paper" / f"{each}.toml", self.folder / "studies" / "paper")
         path = self.folder / "studies" / "paper" / f"{name}.toml"
         path.write_text(mutated(path.read_text(), rng))
         try:
@@ -218,7 +221,8 @@ class Place:
 
     def _store(self, rng):
         for path, right in self.right.items():
-            path.write_bytes(right)
+            if not path.exists() or path.read_bytes() != right:
+                path.write_bytes(right)
         for path in rng.sample([*self.right], rng.choice([1, 1, 2, 5])):
             path.write_bytes(garbled(self.right[path], rng))
         other = ["export", self.store, "--to", self.folder / "results" / "rows.csv"]
