@@ -331,9 +331,12 @@ class Solution(Columns):
             file.setncatts(self.attributes)
             file.createDimension("time", len(self.t))
             columns = [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)]
-            for quantity, values in columns:
+            variables = []
+            for quantity, _ in columns:
                 variable = file.createVariable(quantity.name, "f8", ("time",), fill_value=False)
                 variable.setncatts(_attributes(quantity))
+                variables.append(variable)
+            for variable, (_, values) in zip(variables, columns, strict=True):  # now that the heads are written, once
                 variable[:] = values
 
 
