@@ -10,7 +10,7 @@ from qddot.runner.machine.packing import Group, Packing
 from qddot.runner.machine.recurrences import Factor
 
 #: The highest order.
-HIGHEST = 30
+HIGHEST = 40
 #: Memory begins with the numbers (in lanes: rows) of the sense of time, 1 or -1, and the time.
 SENSE, NOW, _HEAD = 0, 1, 8
 

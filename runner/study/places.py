@@ -18,14 +18,14 @@ def place(path: Path, key: str, text: str | None = None) -> str:
 def _line(text: str, key: list[str]) -> int | None:
     """The line that sets a key, or the header of the table that lacks it."""
     best: tuple[int, int] | None = None
-    for number, here in _set(text):
+    for number, here in _lines_that_set(text):
         if here[0] == key[0] and key[: len(here)] == here and (best is None or len(here) > best[0]):
             best = (len(here), number)
     return best[1] if best else None
 
 
 @lru_cache(maxsize=1)
-def _set(text: str) -> list[tuple[int, list[str]]]:
+def _lines_that_set(text: str) -> list[tuple[int, list[str]]]:
     """Lines that set a key, or begin a table, with its parts: once for all mistakes of a file."""
     table: list[str] = []
     counts: dict[tuple[str, ...], int] = {}

@@ -1,8 +1,8 @@
 """Taylor's method."""
 
+from qddot.runner.machine.series_memory import HIGHEST
 from qddot.runner.method import Method
 from qddot.runner.taylor.run import integrate
-from qddot.runner.taylor.step import HIGHEST
 
 METHODS = (
     Method(

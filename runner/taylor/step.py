@@ -13,10 +13,12 @@ import numpy as np
 from qddot.runner.frame.space import states
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN
+from qddot.runner.machine.series_memory import HIGHEST
 from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
-#: R without sums over lower orders, and with them; the lowest and the highest order.
-PLAIN, RATIO, LOWEST, HIGHEST = 0.5, 1.5, 5, 30
+#: R without sums over lower orders, and with them; the lowest order. Beyond the highest one, terms of a linear model
+#: that cancel would be hundreds of times as large as their sum.
+PLAIN, RATIO, LOWEST = 0.5, 1.5, 5
 
 
 def order_for(rtol: float, sums: int) -> int:
