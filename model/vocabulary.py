@@ -26,6 +26,10 @@ SMOOTH = (
 _CONDITIONS = (Equality, Unequality, GreaterThan, LessThan, StrictGreaterThan, StrictLessThan, ExprCondPair)
 _JUNCTIONS = (sympy.And, sympy.Or, sympy.Not, sympy.ITE, BooleanTrue, BooleanFalse)
 _CONSTANTS = (type(sympy.pi), type(sympy.E))
+#: Kinds of which every node may stand in a model, whatever it is made of: most nodes are one of these.
+_PLAIN = frozenset((Symbol, Add, Mul))
+#: Kinds that may be complex where all that they hold is real.
+_COMPLEX_AT_TIMES = (Pow, *SMOOTH)
 _ALLOWED = frozenset((Symbol, Add, Mul, Pow, Piecewise, *SMOOTH, *KINKED, *_CONDITIONS, *_JUNCTIONS, *_CONSTANTS))
 
 #: The greatest whole number that may stand in an exponent, and how deep kinks may stand in conditions of kinks.
@@ -68,7 +72,7 @@ def refusals(expression: Any) -> Iterator[str]:
         if node in seen:
             continue
         seen.add(node)
-        reason = _reason(node)
+        reason = None if type(node) in _PLAIN else _reason(node)
         if reason is None:
             waiting += ((part, node) for part in node.args)
         elif reason not in told:
@@ -102,7 +106,7 @@ def _value(node: Any) -> str | None:
         if node.args[-1].cond == True:  # noqa: E712 - SymPy's true
             return None
         return "its last branch has a condition, and it has no value elsewhere; write True instead of that condition"
-    if isinstance(node, (Pow, *SMOOTH)) and node.is_number and node.is_extended_real is False:
+    if isinstance(node, _COMPLEX_AT_TIMES) and node.is_number and node.is_extended_real is False:
         return _COMPLEX
     return _power(*node.args) if isinstance(node, Pow) else None
 
