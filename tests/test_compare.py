@@ -14,6 +14,7 @@ import sympy
 from commands import command
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from models import shipped_once
 
 from qddot.codegen.calculus import terms
 from qddot.codegen.compare.command import run
@@ -22,7 +23,6 @@ from qddot.codegen.compare.sheet import read
 from qddot.codegen.compare.tree import CompareError
 from qddot.codegen.equations.typeset import TypesetError, pdf
 from qddot.codegen.lagrange import derive
-from qddot.codegen.sources import shipped
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "studies" / "paper"
@@ -31,7 +31,7 @@ MODELS = ("m113", "half_car", "chain", "double_pendulum", "cart_pole")
 
 @cache
 def derived(model):
-    return derive(shipped(model))
+    return derive(shipped_once(model))
 
 
 def compared(folder, text, model):

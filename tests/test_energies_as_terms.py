@@ -3,9 +3,9 @@
 from dataclasses import fields, replace
 
 import pytest
+from models import shipped_once
 from sympy import Add, symbols
 
-from qddot.codegen.sources import shipped
 from qddot.model import ModelError, Part
 
 SUMS = ("kinetic_energy", "potential_energy", "dissipation")
@@ -14,7 +14,7 @@ SUMS = ("kinetic_energy", "potential_energy", "dissipation")
 @pytest.mark.parametrize("kind", [list, tuple, iter])
 @pytest.mark.parametrize("name", ["m113", "pendulum", "chain"])
 def test_a_model_given_by_terms_is_the_one_given_by_sums(name, kind):
-    whole = shipped(name)
+    whole = shipped_once(name)
     in_terms = {each: kind(Add.make_args(getattr(whole, each))) for each in SUMS}
     assert replace(whole, **in_terms) == whole
 
@@ -35,6 +35,6 @@ def test_no_terms_are_nothing(sum_):
 def test_a_term_that_is_no_expression_is_refused(wrong, found):
     k, x = symbols("k x")
     with pytest.raises(ModelError, match=f"potential energy is a {found}, expected a SymPy expression"):
-        replace(shipped("m113"), potential_energy=[k * x, wrong])
+        replace(shipped_once("m113"), potential_energy=[k * x, wrong])
     with pytest.raises(ModelError, match=f"part a: potential energy is a {found}, expected a SymPy expression"):
         Part("a", potential_energy=[k * x, wrong])

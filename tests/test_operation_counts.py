@@ -4,11 +4,11 @@ from random import Random
 
 import counted
 import pytest
-from models import CONSTRAINED
+from models import CONSTRAINED, shipped_once
 
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
-from qddot.codegen.sources import shipped, shipped_names
+from qddot.codegen.sources import shipped_names
 
 #: Operations of the equations in `counted`, as they count themselves.
 BY_HAND = {
@@ -28,7 +28,7 @@ ALLOWANCE = 0.15
 
 @pytest.fixture(scope="module")
 def programs():
-    return {name: lower(derive(shipped(name))) for name in BY_HAND}
+    return {name: lower(derive(shipped_once(name))) for name in BY_HAND}
 
 
 def test_every_shipped_model_has_been_written_by_hand():
