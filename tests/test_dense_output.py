@@ -75,27 +75,37 @@ def truth():
     return (lambda t: slope(t, states(t))[2]), states
 
 
-def greatest_of(acceleration):
-    grid = np.linspace(0, 3, 3001)
-    best = grid[np.argmax([acceleration(t) for t in grid])]
+GRID = np.linspace(0, 3, 3001)
+
+
+@pytest.fixture(scope="module")
+def on_grid(truth):
+    """The true body acceleration at GRID."""
+    return np.array([truth[0](t) for t in GRID])
+
+
+@pytest.fixture(scope="module")
+def greatest(truth, on_grid):
+    """The greatest true body acceleration, and when it is there."""
+    best = GRID[np.argmax(on_grid)]
     found = minimize_scalar(
-        lambda t: -acceleration(t), bounds=(best - 2e-3, best + 2e-3), options={"xatol": 1e-10}, method="bounded"
+        lambda t: -truth[0](t), bounds=(best - 2e-3, best + 2e-3), options={"xatol": 1e-10}, method="bounded"
     )
     return -found.fun, found.x
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_the_greatest_acceleration_is_found_between_points(truth, method):
-    value, at = greatest_of(truth[0])
+def test_the_greatest_acceleration_is_found_between_points(greatest, method):
+    value, at = greatest
     found = over_the_bump(method, **METHODS[method]).extremes("body_acceleration")
     near = {"exact": 1e-9, "auto": 1e-9, "euler": 5e-3, "ode15s": 3e-4}.get(method, 3e-5)
     assert found.greatest == pytest.approx(value, rel=near)
     assert found.greatest_at == pytest.approx(at, abs=1e-3 if near > 1e-9 else 1e-6)
 
 
-def test_default_options_see_what_saved_points_miss(truth):
+def test_default_options_see_what_saved_points_miss(greatest):
     """dop853 as it comes: a step is long, what it knows within is not."""
-    value, _ = greatest_of(truth[0])
+    value, _ = greatest
     run = over_the_bump()
     assert run["body_acceleration"].max() < 0.99 * value
     assert run.extremes("body_acceleration").greatest == pytest.approx(value, rel=5e-3)
@@ -266,15 +276,11 @@ def test_a_figure_is_smooth(truth):
     assert fine.closely.t.tolist() == fine.t.tolist()  # it has points enough
 
 
-def test_readings_and_metrics_are_of_the_curve(truth):
+def test_readings_and_metrics_are_of_the_curve(truth, on_grid, greatest):
     run = over_the_bump(rtol=1e-8, atol=1e-10)
-    times = np.linspace(0, 3, 3001)
-    expected = np.array([truth[0](t) for t in times])
     found = qddot.metric(run, "rms", "body_acceleration", interval=1e-3)
-    assert found == pytest.approx(np.sqrt(np.trapezoid(expected**2, times) / 3), rel=1e-3)
-    assert qddot.metric(run, "max", "body_acceleration", interval=1e-3) == pytest.approx(
-        greatest_of(truth[0])[0], rel=1e-4
-    )
+    assert found == pytest.approx(np.sqrt(np.trapezoid(on_grid**2, GRID) / 3), rel=1e-3)
+    assert qddot.metric(run, "max", "body_acceleration", interval=1e-3) == pytest.approx(greatest[0], rel=1e-4)
     assert curve_at(run, "z_s", np.array([0.612]))[0] == pytest.approx(truth[1](0.612)[0], abs=1e-6)
 
 
