@@ -13,10 +13,12 @@ SPAN = (0.0, 5.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _accelerations(t, x, a):
-    """The angular accelerations a (N,) at x (2 N,), real or complex."""
-    v, w, alpha = np.zeros_like(a), np.zeros_like(a), np.zeros_like(a)
-    s, k = np.zeros_like(a), np.zeros_like(a)
+def _accelerations(t, x, a, room):
+    """The angular accelerations a (N,) at x (2 N,), real or complex; room (5, N) of the same kind is filled.
+
+    To make rooms in here takes longer to compile than all the rest.
+    """
+    v, w, alpha, s, k = room[0], room[1], room[2], room[3], room[4]
     for i in range(1, N):
         s[i], k[i] = np.sin(x[i] - x[i - 1]), np.cos(x[i] - x[i - 1])
     force = 1.5 * np.sin(t) ** 2 if t <= np.pi else 0.0
@@ -50,16 +52,16 @@ def _accelerations(t, x, a):
 def beam(t, x, u, c, dx):
     for i in range(N):
         dx[i] = x[N + i]
-    _accelerations(t, x, dx[N:])
+    _accelerations(t, x, dx[N:], np.empty((5, N)))
 
 
 @njit(cache=True, error_model="numpy")
 def beam_jacobian(t, x, u, c, J):
     """Exact, by complex steps."""
-    shifted, a = x + 0j, np.zeros(N, dtype=np.complex128)
+    shifted, a, room = x + 0j, np.zeros(N, dtype=np.complex128), np.empty((5, N), dtype=np.complex128)
     for j in range(2 * N):
         shifted[j] = x[j] + 1e-30j
-        _accelerations(t, shifted, a)
+        _accelerations(t, shifted, a, room)
         for i in range(N):
             J[i, j] = 1.0 if j == N + i else 0.0
             J[N + i, j] = a[i].imag * 1e30

@@ -18,6 +18,7 @@ from qddot.runner.machine.compiled import ARITHMETIC
 from qddot.runner.machine.elementary import FORMS
 from qddot.runner.machine.lane_loop import LaneCompiler
 from qddot.runner.machine.memory import LEAN
+from qddot.runner.machine.pointers import calling, pointer
 
 mpmath.mp.prec = 200
 LANES = abi.LANES
@@ -40,6 +41,19 @@ def of_one(function):
     return loop
 
 
+#: Rows of arguments, and of what comes of them.
+ROWS = types.void(*[abi.POINTER] * 3)
+call_rows = calling(ROWS)
+
+
+@njit
+def over(kernel, x, y, result):
+    """A kernel, given by its address, over arrays: compiled once for all functions."""
+    for i in range(0, 8 * len(x), 8 * LANES):
+        rows = doubles(x.ctypes.data + i), doubles(y.ctypes.data + i), doubles(result.ctypes.data + i)
+        call_rows(kernel, rows)
+
+
 class InLanes:
     """A function over arrays, eight at a time, compiled as kernels are; `assembly` is what came of it."""
 
@@ -47,21 +61,15 @@ class InLanes:
         function = FORMS[name]
         loop = (of_two if name in ("pow", "atan2") else of_one)(function)
         options = {**ARITHMETIC, "pipeline_class": LaneCompiler, **LEAN}
-        kernel = njit(types.void(*[abi.POINTER] * 3), **options)(loop)
+        kernel = njit(ROWS, **options)(loop)
         self.assembly = next(iter(kernel.inspect_asm().values()))
-
-        @njit
-        def over(x, y, result):
-            for i in range(0, 8 * len(x), 8 * LANES):
-                kernel(doubles(x.ctypes.data + i), doubles(y.ctypes.data + i), doubles(result.ctypes.data + i))
-
-        self._over = over
+        self._kernel, self._place = kernel, pointer(kernel, ROWS, name)
 
     def __call__(self, x, y):
         rows = -(-len(x) // LANES) * LANES
         x_rows, y_rows = (np.resize(each, rows).astype(float) for each in (x, y))
         result = np.empty(rows)
-        self._over(x_rows, y_rows, result)
+        over(self._place, x_rows, y_rows, result)
         return result[: len(x)]
 
 

@@ -8,25 +8,24 @@ from models import MODELS
 from numba import njit
 
 import qddot
+from qddot.runner import abi
+from qddot.runner.machine.pointers import call_kernel, pointer
 from qddot.runner.ranges import expanded
 
 FREQUENCY = 1.3  # Hz
 AMPLITUDE = 0.02
 
 
-def with_work(module):
-    """The right-hand side of a model with one more state: the work of inputs less the work dissipated."""
-    rhs, energy = module.rhs, module.energy
+@njit
+def with_work(t, x, u, c, dx):
+    """The right-hand side of a model with one more state: the work of inputs less the work dissipated.
 
-    @njit
-    def augmented(t, x, u, c, dx):
-        n = len(x) - 1
-        rhs(t, x[:n], u, c, dx[:n])
-        E = np.empty(4)
-        energy(t, x[:n], u, c, E)
-        dx[n] = E[3] - E[2]
-
-    return augmented
+    The last two constants are the addresses of the model's kernels, so that it is compiled once for all models.
+    """
+    n, E = len(x) - 1, np.empty(4)
+    call_kernel(int(c[-2]), t, x[:n], u, c, dx[:n])
+    call_kernel(int(c[-1]), t, x[:n], u, c, E)
+    dx[n] = E[3] - E[2]
 
 
 def drive(module):
@@ -50,13 +49,22 @@ def test_power_balance_along_a_trajectory(name):
     c = model.constants(model.parameter_values(parameters))
     n = len(expanded(module.STATE))
     start = np.append(0.1 * np.cos(np.arange(n)), 0.0)
+    rhs, energy = model.kernel("rhs"), model.kernel("energy")
+    places = [pointer(each, abi.VECTOR_KERNEL, each.py_func.__name__) for each in (rhs, energy)]
     solution = qddot.solve(
-        with_work(module), (0, 2), start, method="dop853", rtol=1e-13, atol=1e-13, constants=c, inputs=drive(module)
+        with_work,
+        (0, 2),
+        start,
+        method="dop853",
+        rtol=1e-13,
+        atol=1e-13,
+        constants=[*c, *places],
+        inputs=drive(module),
     )
     energies = []
     for k in range(len(solution.t)):
         u, E = np.array([signal(solution.t[k]) for signal in drive(module)]), np.empty(4)
-        module.energy(solution.t[k], np.ascontiguousarray(solution.states[k, :n]), np.atleast_1d(u), c, E)
+        energy(solution.t[k], np.ascontiguousarray(solution.states[k, :n]), np.atleast_1d(u), c, E)
         energies.append(E[0] + E[1])
     energies = np.array(energies)
     work = solution.states[:, n]
