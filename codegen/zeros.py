@@ -15,7 +15,7 @@ import symengine as se
 from qddot.codegen.canonical import AlgebraError, canonical
 from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Kernel
-from qddot.codegen.nodes import operands, symbols_of
+from qddot.codegen.nodes import operands, remembered, symbols_of
 from qddot.codegen.rewrite import is_number, rebuild
 
 #: A sum this small against its terms may be zero.
@@ -74,17 +74,24 @@ def _proven(kernel: Kernel, point: "Point") -> dict[Any, Any]:
 def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
     """Whether the canonical form is empty: with assigned symbols as they are, or with what they stand for."""
     while True:
-        try:
-            if spread(expression) > _MANY:
-                return False
-            if not canonical(expression):
-                return True
-        except AlgebraError:
-            return False
+        if (empty := _is_empty(expression)) is not False:
+            return bool(empty)
         inside = symbols_of(expression) & definitions.keys()
         if not inside:
             return False
         expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
+
+
+@remembered
+def _is_empty(expression: Any) -> bool | None:
+    """Whether the canonical form is; None where there is none, or too long a one.
+
+    Kernels of a model share most of their sums, and each of them asks again in every round.
+    """
+    try:
+        return None if spread(expression) > _MANY else not canonical(expression)
+    except AlgebraError:
+        return None
 
 
 class Point:
