@@ -219,22 +219,19 @@ def test_what_is_done_for_the_same_parts_is_one_loop():
     assert sum("forces[" in loop for loop in after.split("\n    for ")[1:]) == 1
 
 
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """A model with loops over its parts, and the same with all of them written out."""
+    made, folder = system(Wheel(8, named=True, own=True)), tmp_path_factory.mktemp("both")
+    return [model_of(text_of(made, folds=folds), folder / str(folds) / "wheel.py") for folds in (True, False)]
+
+
 @pytest.mark.parametrize("method", ["dop853", "ode15s", "taylor"])
-def test_runs_of_loops_are_those_of_parts_written_out(method, tmp_path):
-    made = system(Wheel(8, named=True, own=True))
+def test_runs_of_loops_are_those_of_parts_written_out(both, method):
     initial = {"x": 0.1, "turn": 0.4, "a_3": 0.3, "adot_8": -1.0}
-    ends = [
-        qddot.simulate(
-            model_of(text_of(made, folds=folds), tmp_path / str(folds) / "wheel.py"),
-            (0, 0.5),
-            initial=initial,
-            method=method,
-            rtol=1e-9,
-            atol=1e-11,
-        ).states[-1]
-        for folds in (True, False)
-    ]
-    np.testing.assert_allclose(*ends, rtol=0, atol=1e-8)
+    given = {"initial": initial, "method": method, "rtol": 1e-9, "atol": 1e-11}
+    loops, plain = (qddot.simulate(model, (0, 0.5), **given) for model in both)
+    np.testing.assert_allclose(loops.states[-1], plain.states[-1], rtol=0, atol=1e-8)
 
 
 def test_an_odd_part_stays_beside_the_loop():

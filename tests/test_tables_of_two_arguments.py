@@ -258,9 +258,9 @@ def engine(kind):
     )
 
 
-@pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-10), ("rodas5p", 1e-7)])
-def test_an_engine_on_its_map_beside_scipy(tmp_path_factory, method, tolerance):
-    model = qddot.load(generate(engine("cubic"), tmp_path_factory.mktemp("engine")))
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    """The engine, how it starts, for how long it runs, and where it is then by SciPy."""
     spline = RectBivariateSpline(SPEEDS, PEDAL, TORQUE, kx=3, ky=3, s=0)
 
     def slope(t, state):
@@ -269,6 +269,12 @@ def test_an_engine_on_its_map_beside_scipy(tmp_path_factory, method, tolerance):
 
     start, span = [0.0, 90.0, 0.05], (0.0, 3.0)
     expected = solve_ivp(slope, span, start, method="DOP853", rtol=1e-12, atol=1e-12, max_step=0.01).y[:, -1]
+    return qddot.load(generate(engine("cubic"), tmp_path_factory.mktemp("engine"))), start, span, expected
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-10), ("rodas5p", 1e-7)])
+def test_an_engine_on_its_map_beside_scipy(driven, method, tolerance):
+    model, start, span, expected = driven
     assert expected[1] > 300  # across most of the map
     tight = {"rtol": 1e-12, "atol": 1e-12} if method == "dop853" else {"rtol": 1e-10, "atol": 1e-10}
     run = qddot.simulate(model, span, initial=start, inputs={"u": 0.9}, method=method, **tight)
