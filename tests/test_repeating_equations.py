@@ -16,6 +16,7 @@ from qddot.codegen.calculus import terms
 from qddot.codegen.equations.entries import Entry, ranged
 from qddot.codegen.equations.notation import describe
 from qddot.codegen.equations.order import Order
+from qddot.codegen.equations.page import html
 from qddot.codegen.equations.phrases import Call, Constant, Formula, Name, Number, Power, Sum, Summation, Term
 from qddot.codegen.equations.repeating import Repeating
 from qddot.codegen.equations.terminal import text
@@ -121,6 +122,15 @@ def test_a_file_of_a_chain_does_not_grow_with_it():
     assert "Displacement of mass i, i = 2 to 399, $q_{i}$" in long
     assert r"\mathbf{M} & = m \, \mathbf{I}" in long
     assert "left out" not in long
+
+
+def test_states_that_are_one_line_in_the_table_have_an_equation_each():
+    document = describe(derive(system(Kind(20, states=True))), "row.py", MOST)
+    assert len(document.states) < len(document.state_motion) == 20
+    assert [str(entry.symbol) for entry in document.state_subjects] == [f"z_{k}" for k in range(1, 21)]
+    for page in (text, tex, html):
+        assert page(document)
+    assert len(document.equations) == len(document.motion) + 20
 
 
 def test_a_sum_in_an_equation_with_an_index_has_another_index():

@@ -86,7 +86,8 @@ class Document:
     definitions: of the quantities, each one's rate behind it; energies: T, Pi, Phi; forces: Q of each coordinate that
     has one; motion: one per coordinate, in order, M qddot + gyroscopic terms + dPi/dq + dPhi/dqdot + G' lambda = Q;
     of large models only the first, and of M their rows, left_out more; subjects: what each is of, where cells of the
-    model are alike all of them at once; state_motion: one per internal state, zdot = derivative.
+    model are alike all of them at once; state_motion: one per internal state, zdot = derivative; state_subjects: what
+    each of these is of, where `states` has one line for many.
     multipliers: of the constraints, and constraints what vanishes, in the same order.
     is_generalized: Pi depends on velocities, so that L = T - Pi takes the place of T and Pi in Lagrange's equations.
     dotted: the words that may carry dots.
@@ -112,6 +113,7 @@ class Document:
     subjects: tuple[Entry, ...]
     motion: tuple[Formula, ...]
     left_out: int
+    state_subjects: tuple[Entry, ...]
     state_motion: tuple[Formula, ...]
     mass: MassMatrix
     output_definitions: tuple[Formula, ...]
@@ -121,7 +123,7 @@ class Document:
     @property
     def equations(self) -> tuple[tuple[Entry, Formula], ...]:
         """What each equation is of, with the equation: of the coordinates, then of the states."""
-        entries, formulas = (*self.subjects, *self.states), (*self.motion, *self.state_motion)
+        entries, formulas = (*self.subjects, *self.state_subjects), (*self.motion, *self.state_motion)
         return tuple(zip(entries, formulas, strict=True))
 
 
@@ -137,12 +139,13 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
     for one, other in alike((str(symbol) for _, symbol in declared(system)), dotted):
         raise ModelError(f"model {system.name}: {one} and {other} are typeset alike; rename one of them")
     writing = _Writing(equations, most)
+    states = tuple(Entry(str(z.symbol), z.unit, z.meaning, str(z.rate)) for z in system.states)
     return Document(
         name=system.name,
         title=system.title,
         source=source,
         coordinates=writing.ranged(_coordinates(equations)),
-        states=writing.ranged(tuple(Entry(str(z.symbol), z.unit, z.meaning, str(z.rate)) for z in system.states)),
+        states=writing.ranged(states),
         parameters=_parameters(equations),
         parameter_sets=tuple(system.parameter_sets),
         inputs=writing.ranged(_inputs(equations)),
@@ -158,6 +161,7 @@ def describe(equations: Equations, source: str, most: int | None = None) -> Docu
         subjects=tuple(entry for entry, _ in writing.motion),
         motion=tuple(formula for _, formula in writing.motion),
         left_out=writing.left_out,
+        state_subjects=states,
         state_motion=tuple(map(writing.definition, equations.state_rates)),
         mass=writing.mass(),
         output_definitions=writing.outputs(),

@@ -58,7 +58,7 @@ def html(document: Document) -> str:
             ],
             multipliers=[page.symbols(entry) for entry in document.multipliers],
             motion=page.equations(document.subjects, document.motion),
-            state_motion=page.equations(document.states, document.state_motion),
+            state_motion=page.equations(document.state_subjects, document.state_motion),
             mass=page.mass(),
             outputs=page.defined(document.outputs, document.output_definitions),
             parameters=[

@@ -59,7 +59,7 @@ def _sections(document: Document, page: "_Page") -> dict[str, Any]:
         events=[(escape(event.heading), page.aligned(event.formulas)) for event in document.events],
         motion=page.equations(document.subjects, document.motion),
         left_out=document.left_out,
-        state_motion=page.equations(document.states, document.state_motion),
+        state_motion=page.equations(document.state_subjects, document.state_motion),
         mass=page.mass(),
         mass_kind=document.mass.kind,
         size=document.mass.size + document.mass.left_out,
