@@ -121,8 +121,12 @@ def still(model: Model) -> tuple[Integers, Integers]:
 
 def _state(model: Model, q: Vector) -> Vector:
     """The state (n_states,) at rest at q, coordinates and internal states."""
-    x = np.zeros(len(model.state_names))
-    x[still(model)[0]] = q
+    return _with(q, still(model)[0], len(model.state_names))
+
+
+def _with(q: Vector, free: Integers, size: int) -> Vector:
+    x = np.zeros(size)
+    x[free] = q
     return x
 
 
@@ -156,17 +160,17 @@ def _at_rest(
     Below them stand the residuals of constraints on positions, where there are any.
     """
     rhs, jacobian = model.kernel("rhs"), model.matrix("jacobian")
-    free, vanishing = still(model)
+    (free, vanishing), size = still(model), len(model.state_names)
     manifold, n = Manifold(model, c, t0, u), model.tables.coordinates
 
     def rates(q: Vector) -> Vector:
-        x = _state(model, q)
+        x = _with(q, free, size)
         dx = np.zeros(len(x))
         rhs(t0, x, u, c, dx)
         return np.concatenate([dx[vanishing], manifold.at(x).positions]) if manifold.constraints else dx[vanishing]
 
     def derivative(q: Vector) -> Vector:
-        x = _state(model, q)
+        x = _with(q, free, size)
         J = jacobian(t0, x, u, c)[np.ix_(vanishing, free)]
         if not manifold.constraints:
             return J
@@ -191,12 +195,15 @@ def _newton(
         if not (np.isfinite(r).all() and np.isfinite(J).all()):
             break
         scale = _nonzero(np.abs(J).max(axis=1))
+        size = np.linalg.norm(r / scale)
         step = np.zeros_like(q)
         step[sought] = _least((J / scale[:, None])[:, sought], -r / scale)
         for halving in range(MOST_HALVINGS):
             tried = q + 0.5**halving * step
+            if (tried == q).all():  # what is left of the step is lost in rounding
+                return q, r, J
             r_tried = residual(tried)
-            if np.linalg.norm(r_tried / scale) < np.linalg.norm(r / scale):
+            if np.linalg.norm(r_tried / scale) < size:
                 break
         else:
             break
