@@ -46,9 +46,8 @@ class Fit:
 def fit(problem: Problem, progress: Callable[[float], None] | None = None) -> Fit:
     """The least-squares fit, the best of all starts. Errors of a start point that cannot be run are raised."""
     lower, upper = problem.column("lower"), problem.column("upper")
-    counter = _Counter(problem, lower, upper)
+    counter = _Counter(problem, lower, upper)  # a study that cannot be run says so, whatever the search makes of it
     first = (problem.column("start") - lower) / (upper - lower)
-    problem.residuals(problem.column("start"))  # a study that cannot be run says so, whatever the search makes of it
     starts = [first]
     if problem.given.starts > 1:
         from scipy.stats import qmc  # noqa: PLC0415 - slow to import
@@ -64,7 +63,7 @@ def fit(problem: Problem, progress: Callable[[float], None] | None = None) -> Fi
     return Fit(
         x=lower + best.x * (upper - lower),
         residuals=best.fun,
-        jacobian=counter.jacobian(best.x),
+        jacobian=best.jac,
         at_lower=best.x <= AT_BOUND,
         at_upper=best.x >= 1.0 - AT_BOUND,
         runs=counter.runs,
