@@ -50,6 +50,8 @@ def _from_pint(name: str) -> Name:
     if not meanings:
         raise ValueError(f"unknown unit {quoted(name)}{_hint(name, registry)}")
     prefix, unit, _ = meanings[0]
+    if prefix and name[-1].isdigit() and (power := _taken_apart(name)):  # to pint, kg0 are thousands of g0
+        raise ValueError(f"{quoted(name)} means several things; write {power}, or a number of {unit}")
     if name.endswith("s") and _bare(name[:-1]) and not name.islower():  # to pint, Pas are several Pa
         raise ValueError(f"{quoted(name)} means several things; write {name[:-1]} s, or {name[:-1]}")
     if unit in SEVERAL and not name.startswith(_SAYS_WHICH):
