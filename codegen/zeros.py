@@ -74,10 +74,11 @@ def _proven(kernel: Kernel, point: "Point") -> dict[Any, Any]:
 def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
     """Whether the canonical form is empty: with assigned symbols as they are, or with what they stand for."""
     while True:
-        if (empty := _is_empty(expression)) is not False:
-            return bool(empty)
+        empty = _is_empty(expression)
+        if empty:
+            return True
         inside = symbols_of(expression) & definitions.keys()
-        if not inside:
+        if empty is None or not inside:
             return False
         expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
 

@@ -125,6 +125,7 @@ def _state(model: Model, q: Vector) -> Vector:
 
 
 def _with(q: Vector, free: Integers, size: int) -> Vector:
+    """Zeros (size,), with q in the places `free`."""
     x = np.zeros(size)
     x[free] = q
     return x

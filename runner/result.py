@@ -96,26 +96,27 @@ def as_solution(
     between: Callable[[], Between] | None = None,
 ) -> Solution:
     """The solution of this trajectory; between: gives what lies between its points."""
-    failed, t, states = trajectory.failed_state, trajectory.t.view(), trajectory.states.view()
-    t.flags.writeable = states.flags.writeable = False  # as `Solution` does; kernels take what they may write to
-    values = {
-        "t": t,
-        "states": states,
-        "beside": partial(_beside, subject, problem, trajectory.t, trajectory.states),
-        "quantities": subject.quantities,
-        "n_states": len(subject.states),
-        "n_outputs": len(subject.outputs),
-        "status": trajectory.status,
-        "message": _message(subject, problem, method, options, trajectory),
-        "statistics": trajectory.statistics,
-        "metadata": _metadata(subject, method, options),
-        "failed_at": trajectory.failed_at,
-        "failed_state": subject.states[failed].name if failed >= 0 else "",
-        "extras": trajectory.extras,
-        "headlines": subject.headlines,
-        "between": between,
-    }
-    return unchecked(Solution, values)
+    failed = trajectory.failed_state
+    solution = unchecked(
+        Solution,
+        t=trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
+        states=trajectory.states.view(),
+        beside=partial(_beside, subject, problem, trajectory.t, trajectory.states),
+        quantities=subject.quantities,
+        n_states=len(subject.states),
+        n_outputs=len(subject.outputs),
+        status=trajectory.status,
+        message=_message(subject, problem, method, options, trajectory),
+        statistics=trajectory.statistics,
+        metadata=_metadata(subject, method, options),
+        failed_at=trajectory.failed_at,
+        failed_state=subject.states[failed].name if failed >= 0 else "",
+        extras=trajectory.extras,
+        headlines=subject.headlines,
+        between=between,
+    )
+    solution.__post_init__()
+    return solution
 
 
 def values_at(

@@ -134,8 +134,16 @@ class Log:
         if events:
             t_found, event, x_found = (self.arrays[name][: self.used.found].copy() for name in EVENTS)
             extras["events"] = EventLog(t_found, event, x_found, names_of(events))
-        found = {"t": t, "states": states, "status": status, "statistics": statistics, "extras": extras}
-        return unchecked(Trajectory, found | {"failed_at": float(failed_at), "failed_state": int(failed_state)})
+        return unchecked(
+            Trajectory,
+            t=t,
+            states=states,
+            status=status,
+            statistics=statistics,
+            failed_at=float(failed_at),
+            failed_state=int(failed_state),
+            extras=extras,
+        )
 
 
 def log_for(

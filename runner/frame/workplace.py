@@ -63,7 +63,7 @@ class Marching:
             time_limit=options.time_limit,
         )
         log.save(self._now(), self.state)
-        counts = unchecked(Statistics, self.counts() | {"wall_time": working_time() - start})
+        counts = unchecked(Statistics, self.counts(), wall_time=working_time() - start)
         return log.trajectory(status, counts, self._failure, options.events), log.reusable(status)
 
     @cached_property

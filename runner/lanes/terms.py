@@ -23,7 +23,7 @@ def _number(builder: Any, where: Any, item: Any) -> Value:
 def size_terms(
     typing_context: Any, n: Any, now: Any, before: Any, last: Any, relative: Any, absolute: Any, rtol: Any, sizes: Any
 ) -> Any:
-    """Two rows at `sizes` = the largest coefficients in the rows `before` and `last`, as `taylor.step.size` has it.
+    """Two rows at `sizes` = the largest coefficients in the rows `before` and `last`, as `taylor.step.sizes` has it.
 
     Each relative to its state now, or to where the absolute tolerance takes over; infinite where one is no number.
     """

@@ -100,9 +100,10 @@ def _machine() -> Any:
     return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=3, jit=True)
 
 
-def _shape(sums: int, runs: int) -> Shape:
+def _shape(saved: int, runs: int) -> Shape:
+    """saved: sums over lower orders, and what counts as them."""
     if runs == 1:
-        return Shape(next(width for width, least in _WIDTHS if sums >= least))
+        return Shape(next(width for width, least in _WIDTHS if saved >= least))
     return Shape(1, _register(), runs)
 
 
