@@ -132,6 +132,13 @@ def test_sine_and_cosine_hold_next_to_multiples_of_a_quarter_turn():
             assert ulps(found, exact(mpmath.mpf(each))) <= 1.0, (name, each)
 
 
+def test_sine_and_cosine_hold_after_hundreds_of_thousands_of_quarter_turns():
+    x = np.random.default_rng(2026).uniform(5e5, 1e6, 500)
+    for name, exact in (("sin", mpmath.sin), ("cos", mpmath.cos)):
+        for each, found in zip(x, evaluate(name, x), strict=True):
+            assert ulps(found, exact(mpmath.mpf(each))) <= 1.0, (name, each)
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(logarithmic(1e-100, 1e100, signs=False), st.floats(-50, 50)), min_size=8, max_size=32))
 def test_powers_are_within_their_error(pairs):

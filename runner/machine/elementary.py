@@ -48,13 +48,17 @@ def rounded(x):
 
 @elementary
 def quarters(x):
-    """Quarter turns k of x, as -2 to 2, and x - k pi/2 as high + low; pi/2 in parts of 33 bits (Cody and Waite)."""
+    """Quarter turns k of x, as -2 to 2, and x - k pi/2 as high + low; pi/2 in parts of 33 bits (Cody and Waite).
+
+    The low part is at most half a unit in the last place of the high one, as `sine_part` and `cosine_part` expect.
+    """
     k = rounded(x * 0.6366197723675814)
     first = x - k * 1.5707963267341256
     second = k * 6.077100506303966e-11
-    high = first - second
-    low = ((first - high) - second) - k * 2.0222662487959506e-21
-    return k - 4.0 * rounded(0.25 * k), high, low
+    most = first - second
+    rest = ((first - most) - second) - k * 2.0222662487959506e-21
+    high = most + rest
+    return k - 4.0 * rounded(0.25 * k), high, (most - high) + rest
 
 
 @elementary
