@@ -1,5 +1,6 @@
 """`Kernel`: the one small value between mathematics and text."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -182,8 +183,14 @@ class Kernel:
 
 
 def number(expression: Any, values: Mapping[Any, float]) -> float:
-    """The value of an expression, by SymEngine's own arithmetic."""
+    """The value of an expression, by SymEngine's own arithmetic; see `real`."""
     if missing := symbols_of(expression) - values.keys():
         raise KernelError(f"no value for {missing}")
-    value = expression.subs({symbol: se.RealDouble(values[symbol]) for symbol in symbols_of(expression)})
-    return float(value.n(53, real=True))
+    return real(expression.subs({symbol: se.RealDouble(values[symbol]) for symbol in symbols_of(expression)}))
+
+
+def real(expression: Any) -> float:
+    """The double that an expression without symbols is; NaN where it is no real number."""
+    value = complex(expression.n(53))  # with `real=True` SymEngine does not know sign(0.3 - pi)
+    rounding = 1e-12 * abs(value)  # of powers of negative numbers
+    return value.real if abs(value.imag) <= rounding else math.nan

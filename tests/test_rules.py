@@ -113,6 +113,23 @@ def test_kernels_are_in_single_assignment_form():
         kernel(a + b).evaluate({"a": 1.0})
 
 
+STEPS = [
+    (se.sign(x - se.pi), {"x": 3.0}, -1.0),
+    (se.sign(x - se.sqrt(2)) * y, {"x": 1.5, "y": 4.0}, 4.0),
+    (se.floor(x + se.pi), {"x": 0.3}, 3.0),
+    (se.Max(se.pi, x, se.sin(x)), {"x": 0.3}, math.pi),
+    (x**y, {"x": -2.0, "y": 3.0}, -8.0),
+    (x**y, {"x": -2.0, "y": 0.5}, math.nan),
+    (se.log(x), {"x": -1.0}, math.nan),
+    (se.log(x), {"x": 0.0}, -math.inf),
+]
+
+
+@pytest.mark.parametrize(("expression", "values", "expected"), STEPS)
+def test_a_kernel_has_the_values_that_real_numbers_have(expression, values, expected):
+    assert kernel(expression).evaluate(values) == {"out[0]": pytest.approx(expected, rel=1e-12, nan_ok=True)}
+
+
 def test_operations_are_counted():
     assert kernel(a + b * c - d).operations == 3
     assert kernel(-a).operations == 0
