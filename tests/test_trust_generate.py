@@ -4,7 +4,6 @@ import errno
 import io
 import os
 import re
-import time
 from pathlib import Path
 
 import mpmath
@@ -12,6 +11,7 @@ import pytest
 import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from promptness import at_once
 from sympy import Float, Integer, Rational, exp, lambdify, log, symbols
 
 from qddot.codegen.generate import artefacts, generate
@@ -44,10 +44,9 @@ SYMBOLIC_POWERS = [
 
 
 @pytest.mark.parametrize("potential", SYMBOLIC_POWERS, ids=str)
-def test_powers_of_symbols_are_generated_in_a_second_and_right(potential):
-    started = time.monotonic()
-    program = lower(derive(model(potential)))
-    assert time.monotonic() - started < 5
+def test_powers_of_symbols_are_generated_at_once_and_right(potential):
+    with at_once():
+        program = lower(derive(model(potential)))
     point = {"x": 0.7, "y": 0.4, "xdot": 0.3, "ydot": -0.2, "k": 1.3, "m": 2.5, "t": 0.0}
     constants = program.kernels["constants"].evaluate(point)
     named = {str(symbol): constants[f"constants[{i}]"] for i, symbol in enumerate(program.constants)}
