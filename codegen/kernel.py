@@ -1,6 +1,5 @@
 """`Kernel`: the one small value between mathematics and text."""
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -183,14 +182,14 @@ class Kernel:
 
 
 def number(expression: Any, values: Mapping[Any, float]) -> float:
-    """The value of an expression, by SymEngine's own arithmetic; see `real`."""
-    if missing := symbols_of(expression) - values.keys():
+    """The value of an expression, by SymEngine's own arithmetic; NaN where it is no real number."""
+    symbols = list(symbols_of(expression))
+    if missing := set(symbols) - values.keys():
         raise KernelError(f"no value for {missing}")
-    return real(expression.subs({symbol: se.RealDouble(values[symbol]) for symbol in symbols_of(expression)}))
-
-
-def real(expression: Any) -> float:
-    """The double that an expression without symbols is; NaN where it is no real number."""
-    value = complex(expression.n(53))  # with `real=True` SymEngine does not know sign(0.3 - pi)
-    rounding = 1e-12 * abs(value)  # of powers of negative numbers
-    return value.real if abs(value.imag) <= rounding else math.nan
+    numbers = [float(values[symbol]) for symbol in symbols]
+    try:
+        exact = expression.subs(dict(zip(symbols, map(se.RealDouble, numbers), strict=True)))
+        return float(exact.n(53, real=True))
+    except RuntimeError:  # sign(0.3 - pi), and what is complex on the way; this is slower, and real throughout
+        one_at_least = se.Dummy()
+        return float(se.Lambdify([*symbols, one_at_least], [expression], backend="lambda")([*numbers, 0.0])[0])

@@ -8,7 +8,6 @@ import symengine as se
 from sympy import Abs, Rational, Symbol, cos, exp, pi, sin, sqrt, symbols
 
 from qddot.codegen.equations.notation import Document, describe
-from qddot.codegen.kernel import real
 from qddot.codegen.lagrange import Equations, derive
 from qddot.model import cart_pole, chain, double_pendulum, half_car, m113, one_axle, pendulum, quarter_car
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System, t
@@ -81,7 +80,7 @@ def printed(script, symbol) -> str:
 
 
 def at(expression, point) -> float:
-    return real(se.sympify(expression).subs(point))
+    return float(se.sympify(expression).subs(point).n(53, real=True))
 
 
 def motion_residual(equations, k: int, point) -> float:
