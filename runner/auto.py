@@ -3,7 +3,9 @@
 Nothing is timed: the same run takes the same method everywhere, and says why.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,37 +46,50 @@ def choose(model: "Model", problem: Problem, options: Options) -> tuple[Method, 
     fast, slow = _fast_and_slow(rates, span)
     if _may(options, "rodas5p") and fast > STIFF * slow and fast * span > DECAYS:
         return _chosen("rodas5p", options, f"the start is stiff: {fast:.3g}/s beside {slow:.3g}/s")
-    reason = _against_series(model, problem, span * np.abs(rates).max(initial=0.0))
+    reason = _against_series(model, problem, lambda: rates)
     if reason or not _may(options, "taylor"):
         return _chosen(runge_kutta, options, reason or "of the options given")
     return _chosen("taylor", options, "the model is smooth, and not stiff at the start")
 
 
-def _against_series(model: "Model", problem: Problem, turns: float) -> str:
-    """Why a series is no way to run a model; turns: of its fastest mode within the span, rad."""
+def _against_series(model: "Model", problem: Problem, rates: Callable[[], np.ndarray]) -> str:
+    """Why a series is no way to run a model."""
     if not model.tables.recurrence:
         return f"{model.tables.without_recurrence or 'the model'} has no recurrence"
     if model.tables.contacts:
         return "contacts may come to rest"
     if model.tables.modes and model.tables.patterns["approach"].entries:
         return "conditions in velocities or internal states may slide"
+    return _against_knots(problem, rates)
+
+
+def _against_knots(problem: Problem, rates: Callable[[], np.ndarray]) -> str:
+    """Why its inputs have too many knots for a series; rates: gives the eigenvalues at the start, 1/s."""
     knots = _knots(problem)
-    return f"the inputs have {knots} knots" if knots > KNOTS * max(turns, 1.0) else ""
+    if knots <= KNOTS:
+        return ""
+    turns = abs(problem.t1 - problem.t0) * np.abs(rates()).max(initial=0.0)  # of the fastest mode, rad
+    return f"the inputs have {knots} knots" if knots > KNOTS * turns else ""
 
 
-def choose_for_many(model: "Model", options: Options, *, series_in_lanes: bool) -> tuple[Method, Options, str]:
-    """The same for many runs at once, whose inputs and parameters differ: by the model alone.
+def choose_for_many(
+    model: "Model", problem: Problem | None, options: Options, *, series_in_lanes: bool
+) -> tuple[Method, Options, str]:
+    """The same for many runs at once, which differ in inputs, parameters and starts.
 
-    series_in_lanes: whether its runs by Taylor's method go in lanes. A series ends at every knot of an input, and one
-    or another of so many may be a table of many: it is chosen where there are no inputs.
+    problem: a run that stands for all, None where there are none. series_in_lanes: whether runs by Taylor's method go
+    in lanes; each of its steps ends where a piece of an input does.
     """
     linear = model.tables.linear and not model.tables.contacts
     if _may(options, "exact") and linear and len(model.state_names) <= MOST_EXACT:
         return _chosen("exact", options, "the model is linear")
+    reason = ""
+    if problem is not None and series_in_lanes and _may(options, "taylor"):
+        reason = _against_knots(problem, partial(_rates, model, problem))
+        if not reason:
+            return _chosen("taylor", options, "the model is smooth, and many runs go in lanes")
     rtol = TABLE["rtol"].default if options.rtol is None else options.least_rtol
-    if series_in_lanes and not model.tables.free_inputs and _may(options, "taylor"):
-        return _chosen("taylor", options, "the model is smooth, without inputs, and many runs go in lanes")
-    return _chosen("vern7" if rtol >= TIGHT else "dop853", options, "many runs go in lanes")
+    return _chosen("vern7" if rtol >= TIGHT else "dop853", options, reason or "many runs go in lanes")
 
 
 def _chosen(name: str, options: Options, reason: str) -> tuple[Method, Options, str]:

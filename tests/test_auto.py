@@ -62,7 +62,7 @@ def test_a_linear_model_is_propagated_exactly_if_nothing_else_is_asked_for():
     assert chosen(model, initial=start) == ("exact", "the model is linear")
     assert chosen(model, initial=start, rtol=1e-9)[0] == "exact"
     assert chosen(model, initial=start, max_step=0.01)[0] == "taylor"
-    assert choose_for_many(model, qddot.Options(rtol=1e-6), series_in_lanes=True)[0].name == "exact"
+    assert choose_for_many(model, None, qddot.Options(rtol=1e-6), series_in_lanes=True)[0].name == "exact"
 
 
 def test_a_spline_of_many_knots_takes_a_runge_kutta_method(model):
@@ -79,18 +79,44 @@ def test_what_has_no_series_takes_a_runge_kutta_method(folder):
     assert chosen(model) == ("vern7", "== has no recurrence")
 
 
-def test_many_nonlinear_runs_go_in_lanes(model):
-    method, options, reason = choose_for_many(model, qddot.Options(rtol=1e-6), series_in_lanes=True)
+def in_a_batch(model, runs=3, **given):
+    """What `simulate_batch` chooses, and why, and what comes of it."""
+    found = qddot.simulate_batch(model, (0.0, 20.0), method="auto", initial=np.full((runs, 2), 0.1), **given)
+    assert found.success.all()
+    assert found.in_lanes
+    return (*found.method.split(", since ", 1), found)
+
+
+def test_many_smooth_runs_go_by_series_whatever_their_inputs_are(model):
+    times = np.linspace(0.0, 20.0, 31)
+    pulses = qddot.signal.pulse_train(times=[1.0, 2.0, 3.0], peak=1.0, duration=0.1)
+    for push in (0.0, pulses, *(qddot.signal.table(times, np.sin(times), kind=kind) for kind in ("cubic", "linear"))):
+        name, reason, found = in_a_batch(model, inputs={"F": push}, rtol=1e-9, atol=1e-9)
+        assert (name, reason) == ("taylor", "the model is smooth, and many runs go in lanes")
+        tight = {"rtol": 1e-12, "atol": 1e-12}
+        alone = qddot.simulate(model, (0.0, 20.0), method="dop853", initial=[0.1] * 2, inputs={"F": push}, **tight)
+        assert found.final[0] == pytest.approx(alone.states[-1], abs=1e-7)
+
+
+def test_many_runs_over_splines_of_many_knots_take_a_runge_kutta_method(model):
+    """One is enough: the run that reads most of its table tells."""
+    road = qddot.signal.table(np.linspace(0.0, 40.0, 4001), np.sin(np.linspace(0.0, 40.0, 4001)), kind="cubic")
+    for rate, name in ((0.01, "taylor"), (2.0, "vern7")):
+        pushes = qddot.per_run(road, rate=[0.0, rate, 0.01])
+        assert in_a_batch(model, inputs={"F": pushes})[0] == name
+    name, reason, _ = in_a_batch(model, inputs={"F": pushes}, rtol=1e-12, atol=1e-12)
+    assert (name, reason) == ("dop853", "the inputs have 3999 knots")
+
+
+def test_many_runs_that_have_no_series_in_lanes_take_a_runge_kutta_method(model):
+    method, options, reason = choose_for_many(model, None, qddot.Options(rtol=1e-6), series_in_lanes=False)
     assert (method.name, options.rtol, reason) == ("vern7", 1e-6, "many runs go in lanes")
 
 
-def test_many_runs_without_inputs_go_by_series_where_these_go_in_lanes():
-    model = qddot.load("double_pendulum")
-    for series, name in ((True, "taylor"), (False, "vern7")):
-        assert choose_for_many(model, qddot.Options(rtol=1e-6), series_in_lanes=series)[0].name == name
-    found = qddot.simulate_batch(model, (0.0, 0.1), method="auto", initial=np.full((2, 4), 0.1))
-    assert found.in_lanes
-    assert found.method == "taylor, since the model is smooth, without inputs, and many runs go in lanes"
+def test_a_batch_of_no_runs_chooses_too(model):
+    found = qddot.simulate_batch(model, (0.0, 1.0), method="auto", initial=np.zeros((0, 2)))
+    assert found.final.shape == (0, 2)
+    assert found.method == "vern7, since many runs go in lanes"
 
 
 def test_the_solution_tells_what_was_chosen(model):

@@ -7,10 +7,10 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from qddot.runner.auto import choose_for_many
 from qddot.runner.checks import positive, shown, unknown, whole
 from qddot.runner.exact.batch import propagate_batch
 from qddot.runner.keywords import BatchKeywords
+from qddot.runner.lanes.choice import chosen
 from qddot.runner.lanes.kernel import lane_rhs
 from qddot.runner.lanes.result import Batch
 from qddot.runner.lanes.scalar import run_one_by_one
@@ -59,22 +59,20 @@ def simulate_batch(
     are in the result. Raises ValueError for anything given wrongly, EquilibriumError where no run has a static state.
     """
     started = working_time()
-    chosen, model = find_method(method), as_model(model)
+    given, model = find_method(method), as_model(model)
     if threads is not None:
         whole("threads", threads)
     times = _output_times(output_times, samples)
-    settings, method = _options(chosen, options), chosen.name
-    if chosen.family == "auto":
-        series = way_of(model, find_method("taylor"), Options())[0] == "lanes"
-        chosen, settings, why = choose_for_many(model, Options(**options), series_in_lanes=series)
-        method = f"{chosen.name}, since {why}"
-    task = make_task(model, chosen, settings, span, runs, parameters, initial, guess, inputs, times, names)
+    task = make_task(
+        model, given, _options(given, options), span, runs, parameters, initial, guess, inputs, times, names
+    )
     if names is not None and times is None:
         raise ValueError("names are those of what is stored at output_times, which are not given; give both or neither")
     if time_limit is not None:
         positive("time_limit", time_limit)
     if not (progress is None or callable(progress)):
         raise ValueError(f"progress is {shown(progress)}, expected a function of the part done")
+    task, why = chosen(task) if given.family == "auto" else (task, "")
     reason = _compute(task, threads, progress, time_limit)
     _withdraw(task)
     return Batch(
@@ -85,7 +83,7 @@ def simulate_batch(
         wall_time=working_time() - started,
         in_lanes=not reason,
         reason=reason,
-        method=method,
+        method=f"{task.method.name}, since {why}" if why else task.method.name,
         not_started=task.not_started,
     )
 
@@ -140,4 +138,5 @@ def _options(method: Method, given: Mapping[str, Any]) -> Options:
         if name not in own and value is not None:
             instead = "give output_times" if name == "step" and method.family == "exact" else ""
             raise ValueError(f"{name}: {misfit(method, own, name, instead)}")
-    return fitted(Options(**given), method)
+    made = Options(**given)
+    return made if method.family == "auto" else fitted(made, method)

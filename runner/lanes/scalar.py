@@ -28,7 +28,7 @@ def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_
         if left is not None and left <= 0:
             arrays["status"][run:] = int(Status.TIME_LIMIT)
             return
-        problem, times = _problem(task, run), arrays["times"][run]
+        problem, times = problem_of(task, run), arrays["times"][run]
         t0, t1 = problem.t0, problem.t1
         wanted = times[(times >= t0) & (times <= t1)]
         options = replace(task.options, output_times=wanted if len(wanted) else np.array([t1]), time_limit=left)
@@ -41,7 +41,8 @@ def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_
             progress((run + 1) / task.runs)
 
 
-def _problem(task: "Task", run: int) -> Problem:
+def problem_of(task: "Task", run: int) -> Problem:
+    """One run of a batch, as its method takes it alone."""
     model, arrays = task.model, task.arrays
     return Problem(
         rhs=model.kernel("rhs"),

@@ -75,6 +75,11 @@ class BatchTable:
     break_last: NDArray[np.int64]
     breaks: NDArray[np.float64]
 
+    def walked(self) -> "BatchTable":
+        """The same for lanes that go from piece to piece, as their steps end where pieces do: none computes places."""
+        none = np.zeros(0, dtype=np.int64)
+        return replace(self, way=np.zeros_like(self.way), even=none, guided=none)
+
 
 class _Tables:
     """Distinct piece arrays, numbered in the order in which they are first met."""
@@ -120,14 +125,12 @@ def stack_runs(
     runs: int,
     step: float | None = None,
     sides: Mapping[str, Sequence[Signal]] = MappingProxyType({}),
-    *,
-    walking: bool = False,
 ) -> BatchTable:
     """The table of all channels of all runs, in the kernels' order; inputs not given are 0.
 
     inputs: name -> what it is for all runs or for each, or one mapping name -> Signal or number for each run. step: a
     constant one, where curved pulses are shorter than it there are stops within them. sides: of conditions in time, for
-    each run. walking: lanes go from piece to piece, as steps end where pieces do, and compute no places in tables.
+    each run.
     Raises ValueError as `bind` does, naming the input and, where each run has its own, the run.
     """
     found, zero = _Tables(), constant(0.0)
@@ -152,7 +155,7 @@ def stack_runs(
         found.signals = [_with_stops(signal, step * v) for signal, v in zip(found.signals, fastest, strict=True)]
     stacked = _stacked(found.signals)
     way, guides = ways(table, [signal.pieces for signal in found.signals], stacked["first"])
-    way[(order > 1) | walking] = 0  # what computes where a piece is knows values and rates
+    way[order > 1] = 0  # what computes where a piece is knows values and rates
     even, guided = np.flatnonzero(way == EVEN), np.flatnonzero(way == GUIDED)
     return BatchTable(table, rate, offset, order, way, even, guided, **stacked, **guides)
 

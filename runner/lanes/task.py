@@ -1,7 +1,7 @@
 """A batch of runs checked, broadcast and laid out as the compiled loops read it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -54,6 +54,11 @@ class Task:
         """What stands in the samples."""
         known = (*self.model.tables.states, *self.model.tables.outputs)
         return tuple(known[i] for i in self.arrays["columns"])
+
+    def by(self, method: Method, options: Options) -> "Task":
+        """The same runs by this method of variable step, with its options."""
+        inputs = self.inputs.walked() if method.family == "taylor" else self.inputs
+        return replace(self, method=method, options=options, inputs=inputs)
 
     def record(self, lanes_kernel: Any, functions: Mapping[str, int]) -> np.void:
         """The record of a batch that compiled loops read; the arrays must live as long.
@@ -123,7 +128,7 @@ def make_task(
     constants = constants_of(model, np.broadcast_to(p, (count, p.shape[1])).copy())
     found = sides_of_runs(model, constants, t0, t1)
     step = options.step if method.family == "fixed" else None
-    table = stack_runs(model.tables, inputs, count, step, found, walking=method.family == "taylor")
+    table = stack_runs(model.tables, inputs, count, step, found)
     n = len(model.state_names)
     rtol, atol = options.tolerances(n)
     if x0 is None:
@@ -151,4 +156,5 @@ def make_task(
         "failed_at": np.full(count, np.nan),
         **{name: np.full(count, value, dtype=np.int64) for name, value in whole.items()},
     }
-    return Task(model, method, options, arrays, table, count, bool((columns >= n).any()), reasons)
+    task = Task(model, method, options, arrays, table, count, bool((columns >= n).any()), reasons)
+    return task.by(method, options)
