@@ -22,10 +22,12 @@ from qddot.runner.machine.sums import weighted_sum
 THETA_16 = 0.78
 ROW = 8 * BLOCK
 #: The polynomial in blocks of four powers: the last is M^13/13! to M^16/16! and the constant 1/12!.
-LAST_BLOCK = 13
+LAST_BLOCK = np.int64(13)
 INVERSE_FACTORIALS = np.array([1.0 / math.factorial(k) for k in range(17)])
-#: Matrices in the order in which they lie: the powers 1 to 4 of M, three partial sums of the polynomial, the rungs.
-M, M_2, M_3, M_4, U_3, U_2, U_1, Y = range(8)
+#: Matrices in the order in which they lie: the powers 1 to 4 of M, three partial sums of the polynomial, the rungs. As
+#: np.int64, because numba compiles a function again for every literal int that it is called with.
+M, M_2, M_3, M_4, U_3, U_2, U_1, Y = np.arange(8)
+FIRST_ROW = np.int64(0)
 #: Rungs there is room for. A way of more than 2^LEVELS delta takes the last one several times.
 LEVELS = 40
 #: Turns before there is Y_0.
@@ -141,7 +143,7 @@ def reach(s, level):
     """Make sure that the rung `level` is there, with the drivers of the present segment."""
     turns = TURNS + level
     if s.turns < turns:
-        climb(s, 0, s.n, s.turns, turns)
+        climb(s, FIRST_ROW, s.n, s.turns, turns)
         s.exponentials += s.turns == 0
         s.turns = turns
     if s.driver_turns < turns:

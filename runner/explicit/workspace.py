@@ -24,6 +24,7 @@ MOST_STAGES = 16
 #: again for every literal int that it is called with.
 ZERO, Y, NEW, STAGE, ERROR, ERROR_2, SCALED, ATOL, RTOL, WITHIN, K0 = np.arange(11)
 ROWS = K0 + MOST_STAGES
+NO_SLOPES = np.int64(0)
 #: Bytes of a block of states.
 BLOCK_BYTES = 8 * BLOCK
 
@@ -40,7 +41,7 @@ def block(space, row, b):
     return floats(row_address(space, row) + BLOCK_BYTES * b, BLOCK)
 
 
-@compiled(**INLINE)
+@compiled(**LEAN)
 def sum_rows(space, base, h, weights, count, target):
     """Target = base + h * sum of weights[j] * slope j, j < count; all but h and count addresses."""
     slopes = row_address(space, K0)
@@ -68,7 +69,7 @@ def combine_with_latest(space, h, base, weights, count, target):
 @compiled(**LEAN)
 def copy(space, source, target):
     """Copy a row to another."""
-    combine(space, 0.0, source, space.work, 0, target)
+    combine(space, 0.0, source, space.work, NO_SLOPES, target)
 
 
 def space_for(

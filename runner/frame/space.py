@@ -16,7 +16,6 @@ from qddot.runner.inputs.reader import FROM, TO, read_window, reader_for, refres
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import (
     BY_ADDRESS,
-    INLINE,
     LEAN,
     VIEW,
     address,
@@ -92,7 +91,7 @@ def make_space(
     return made, arrays | {f"held {name}": array for name, array in kept_alive.items()}
 
 
-@compiled(**INLINE)
+@compiled(**LEAN)
 def row_address(space, row):
     """The address of a row."""
     return space.work + space.stride * row

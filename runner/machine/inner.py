@@ -8,8 +8,8 @@ with the inner ones below it, each of them once, and optimised as a whole.
 
 from typing import Any
 
-from numba.core import codegen
-from numba.core.compiler import Compiler
+from numba.core import codegen, typed_passes, untyped_passes
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
 from qddot.cycles import cycles_left_alone
 
@@ -104,8 +104,33 @@ def _below(library: Any) -> list[Any]:
     return list(found)
 
 
-def _compiling_into(kind: type) -> type[Compiler]:
-    class Compiling(Compiler):  # type: ignore[misc]
+#: Passes of numba for what compiled functions here have none of: blocks `with`, closures, comprehensions, exceptions
+#: made at run time, literals that types depend on, expressions of whole arrays, notes of types for people.
+_FOR_OTHERS = {
+    untyped_passes.WithLifting,
+    untyped_passes.InlineClosureLikes,
+    untyped_passes.RewriteDynamicRaises,
+    untyped_passes.MakeFunctionToJitFunction,
+    untyped_passes.FindLiterallyCalls,
+    untyped_passes.LiteralUnroll,
+    untyped_passes.LiteralPropagationSubPipelinePass,
+    typed_passes.InlineOverloads,
+    typed_passes.NopythonRewrites,
+    typed_passes.NoPythonSupportedFeatureValidation,
+    typed_passes.AnnotateTypes,
+    typed_passes.DumpParforDiagnostics,
+}
+
+
+def trimmed(pipeline: Any) -> Any:
+    """Numba's pipeline without the passes that would find nothing."""
+    pipeline.passes[:] = [each for each in pipeline.passes if each[0] not in _FOR_OTHERS]
+    pipeline.finalize()
+    return pipeline
+
+
+def _compiling_into(kind: type) -> type[CompilerBase]:
+    class Compiling(CompilerBase):  # type: ignore[misc]
         """Numba's compiler, into a library of this kind."""
 
         def compile_extra(self, function: Any) -> Any:
@@ -113,6 +138,10 @@ def _compiling_into(kind: type) -> type[Compiler]:
             self.state.library.enable_object_caching()
             with cycles_left_alone():
                 return super().compile_extra(function)
+
+        def define_pipelines(self) -> list[Any]:
+            """The one pipeline."""
+            return [trimmed(DefaultPassBuilder.define_nopython_pipeline(self.state))]
 
     return Compiling
 

@@ -17,6 +17,7 @@ from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
 from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.inner import trimmed
 from qddot.runner.machine.memory import LEAN
 
 #: Numba hands over where to put the result and an exception before the arguments.
@@ -69,8 +70,7 @@ class LaneCompiler(CompilerBase):
         pipeline.passes[:] = [
             (_LaneLowering if each is NativeLowering else each, text) for each, text in pipeline.passes
         ]
-        pipeline.finalize()
-        return [pipeline]
+        return [trimmed(pipeline)]
 
 
 def lane_loop(signature: Any, calls: FunctionType | None = None) -> Callable[[Callable[..., Any]], Any]:
