@@ -40,8 +40,15 @@ def _read_from_the_other_end(config):
 
 
 def pytest_collection_finish():
+    """From here on Python looks for cycles again, seldom: what models and compilers leave behind is large and stays."""
     gc.freeze()
+    gc.set_threshold(100_000, 20, 100)
     gc.enable()
+
+
+def pytest_unconfigure():
+    """The process ends: to look through all that it has made, as Python would, takes seconds."""
+    gc.freeze()
 
 
 #: Files that take longest, from half a minute of a processor down to ten seconds: begun first, so that the processes
