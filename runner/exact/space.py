@@ -131,7 +131,7 @@ def _places(n: int, channels: int, sines: int, room: int) -> tuple[NDArray[np.in
         "omega": sines,
         **dict.fromkeys(("sine", "cosine"), sines * width),
         **dict.fromkeys(("p", "p_next", "beta"), q_width),
-        "matrices": matrix * (Y + LEVELS + 1),
+        "matrices": matrix * int(Y + LEVELS + 1),
     }
     numbers = np.array([-(-length // ON_A_LINE) * ON_A_LINE for length in lengths.values()], dtype=np.int64)
     return 8 * (np.cumsum(numbers) - numbers), int(numbers.sum()) + ON_A_LINE
