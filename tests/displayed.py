@@ -7,7 +7,8 @@ from functools import cache
 import symengine as se
 from sympy import Abs, Rational, Symbol, cos, exp, pi, sin, sqrt, symbols
 
-from qddot.codegen.equations.notation import Document, describe
+from qddot.codegen.equations.document import Document
+from qddot.codegen.equations.notation import describe
 from qddot.codegen.lagrange import Equations, derive
 from qddot.model import cart_pole, chain, double_pendulum, half_car, m113, one_axle, pendulum, quarter_car
 from qddot.model.system import Coordinate, Input, Output, Parameter, Quantity, System, t

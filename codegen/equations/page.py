@@ -9,10 +9,10 @@ from latex2mathml.converter import convert
 from markupsafe import Markup, escape
 
 from qddot.codegen.environment import environment
+from qddot.codegen.equations.document import Document
 from qddot.codegen.equations.entries import Entry
 from qddot.codegen.equations.latex_script import LatexScript, decimal
 from qddot.codegen.equations.layout import Box, beside, fitting, joined
-from qddot.codegen.equations.notation import Document
 from qddot.codegen.equations.phrases import Factor, Formula, Name
 from qddot.codegen.equations.tex import lagrange
 from qddot.codegen.equations.typesetter import Typesetter

@@ -121,3 +121,8 @@ Factor = Number | Name | Indexed | Constant | Power | Call | Lookup | Cases | Su
 def term(factor: Factor) -> Term:
     """A factor as a term of its own."""
     return Term(False, Fraction(1), (factor,))
+
+
+def alone(factor: Factor) -> Sum:
+    """A factor as a sum of its own."""
+    return Sum((term(factor),))

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from qddot.codegen.equations.document import Document, MassMatrix
 from qddot.codegen.equations.entries import Entry
 from qddot.codegen.equations.layout import Box, beside, joined, lines
-from qddot.codegen.equations.notation import Document, MassMatrix
 from qddot.codegen.equations.phrases import Factor, Formula, Name
 from qddot.codegen.equations.typesetter import Typesetter
 from qddot.codegen.equations.unicode_script import UnicodeScript, boxed, columns, wrapped

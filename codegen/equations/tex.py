@@ -5,11 +5,11 @@ from typing import Any
 
 from qddot.codegen.environment import environment
 from qddot.codegen.equations.abridged import Display, Row, Table, abridged
+from qddot.codegen.equations.document import Document
 from qddot.codegen.equations.entries import Entry
 from qddot.codegen.equations.latex_script import LatexScript, decimal
 from qddot.codegen.equations.latex_text import escape, unit
 from qddot.codegen.equations.layout import Box, beside, joined, lines
-from qddot.codegen.equations.notation import Document
 from qddot.codegen.equations.phrases import Formula, Name
 from qddot.codegen.equations.typesetter import Typesetter
 
