@@ -1,10 +1,7 @@
 """What a run gives back: time, states, outputs and inputs by name, with units, statistics and how it ended."""
 
-import errno
 import pickle
-import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +14,9 @@ from qddot.extras import needed
 from qddot.runner import notebook
 from qddot.runner.checks import finite, numbers
 from qddot.runner.columns import Between, Columns, Extremes, Moments
-from qddot.runner.files import written_aside
 from qddot.runner.pictures.arrange import run_picture, undetermined
 from qddot.runner.problem import Statistics, Status
+from qddot.runner.saving import TIME, heads, written
 from qddot.runner.tables import Quantity
 from qddot.words import counted
 
@@ -32,7 +29,6 @@ if TYPE_CHECKING:
     from qddot.runner.scene.animation import Animation
     from qddot.runner.scene.filmed import Filmed
 
-TIME = Quantity("time", "s", "time")
 #: Points of a run that show how it goes on between them.
 ENOUGH = 2001
 #: Of a quantity's greatest magnitude: what is left of it in the last digits of a sum.
@@ -285,10 +281,9 @@ class Solution(Columns):
         import xarray  # noqa: PLC0415 - slow to import, and most runs need none
 
         columns = {
-            quantity.name: ("time", self.values[:, i], _attributes(quantity))
-            for i, quantity in enumerate(self.quantities)
+            quantity.name: ("time", self.values[:, i], heads(quantity)) for i, quantity in enumerate(self.quantities)
         }
-        return xarray.Dataset(columns, {"time": ("time", self.t, _attributes(TIME))}, self.attributes)
+        return xarray.Dataset(columns, {"time": ("time", self.t, heads(TIME))}, self.attributes)
 
     def to_dataframe(self) -> "pandas.DataFrame":
         """The run as a data frame: one row a point, the time in s as its index, a column for each quantity."""
@@ -303,41 +298,8 @@ class Solution(Columns):
         loads a .mat as one column vector for each quantity, `time` among them. Raises ValueError for another suffix,
         OSError where it cannot be written.
         """
-        path = Path(path)
-        writers = {".nc": self._write_netcdf, ".csv": self._write_csv, ".mat": self._write_mat}
-        if path.suffix not in writers:
-            raise ValueError(f"{path}: expected a file that ends in {', '.join(writers)}")
-        writers[path.suffix](path)
-        return path
-
-    def _write_csv(self, path: Path) -> None:
-        heading = ",".join(
-            f"{each.name} [{each.unit}]" if each.unit else each.name for each in (TIME, *self.quantities)
-        )
-        with written_aside(path) as aside:
-            np.savetxt(aside, np.column_stack([self.t, self.values]), "%.17g", ",", header=heading, comments="")
-
-    def _write_mat(self, path: Path) -> None:
-        from scipy.io import savemat  # noqa: PLC0415 - only a run that is saved needs it
-
-        columns = {"time": self.t, **{name: self[name] for name in self.names}}
-        with written_aside(path) as aside, aside.open("wb") as file:
-            savemat(file, columns, long_field_names=True, oned_as="column", do_compression=True)
-
-    def _write_netcdf(self, path: Path) -> None:
-        from netCDF4 import Dataset  # noqa: PLC0415 - only a run that is saved needs it
-
-        with written_aside(path) as aside, _told_by_netcdf(path), Dataset(aside, "w", format="NETCDF4") as file:
-            file.setncatts(self.attributes)
-            file.createDimension("time", len(self.t))
-            columns = [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)]
-            variables = []
-            for quantity, _ in columns:
-                variable = file.createVariable(quantity.name, "f8", ("time",), fill_value=False)
-                variable.setncatts(_attributes(quantity))
-                variables.append(variable)
-            for variable, (_, values) in zip(variables, columns, strict=True):  # now that the heads are written, once
-                variable[:] = values
+        columns = [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)]
+        return written(Path(path), columns, self.attributes)
 
 
 def extremes_of_points(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -359,17 +321,3 @@ def _packed(between: Callable[[], Between] | bytes | None) -> bytes | None:
         return pickle.dumps(between)
     except (pickle.PicklingError, AttributeError, TypeError):
         return None
-
-
-@contextmanager
-def _told_by_netcdf(path: Path) -> Iterator[None]:
-    """Raise an OSError naming `path` where the NetCDF library, which does not say why, could not write."""
-    try:
-        yield
-    except RuntimeError as error:
-        free = shutil.disk_usage(path.parent).free / 1e6
-        raise OSError(errno.EIO, f"could not be written ({error}); {free:.3g} MB are free there", str(path)) from error
-
-
-def _attributes(quantity: Quantity) -> dict[str, str]:
-    return {"units": quantity.unit, "long_name": quantity.meaning}

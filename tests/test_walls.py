@@ -54,6 +54,7 @@ RUNNER = (
         "jumps",
         "diagnosis",
         "columns",
+        "saving",
         "solution",
         "result",
         "dense",

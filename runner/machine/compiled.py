@@ -73,6 +73,7 @@ _NOTHING_COMPILED = (
     "manifold.py",
     "modes.py",
     "read_tables.py",
+    "saving.py",
     "simulate.py",
     "solution.py",
     "solve.py",
