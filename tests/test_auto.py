@@ -98,6 +98,12 @@ def test_many_smooth_runs_go_by_series_whatever_their_inputs_are(model):
         assert found.final[0] == pytest.approx(alone.states[-1], abs=1e-7)
 
 
+def test_many_runs_without_inputs_go_by_series_where_these_go_in_lanes():
+    found = qddot.simulate_batch(qddot.load("double_pendulum"), (0.0, 0.1), method="auto", initial=np.full((2, 4), 0.1))
+    assert found.in_lanes
+    assert found.method == "taylor, since the model is smooth, and many runs go in lanes"
+
+
 def test_many_runs_over_splines_of_many_knots_take_a_runge_kutta_method(model):
     """One is enough: the run that reads most of its table tells."""
     road = qddot.signal.table(np.linspace(0.0, 40.0, 4001), np.sin(np.linspace(0.0, 40.0, 4001)), kind="cubic")

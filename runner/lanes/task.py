@@ -56,7 +56,7 @@ class Task:
         return tuple(known[i] for i in self.arrays["columns"])
 
     def by(self, method: Method, options: Options) -> "Task":
-        """The same runs by this method of variable step, with its options."""
+        """The same runs by this method, with its options; to a constant step belong stops that `make_task` sets."""
         inputs = self.inputs.walked() if method.family == "taylor" else self.inputs
         return replace(self, method=method, options=options, inputs=inputs)
 
