@@ -1,20 +1,15 @@
-"""What ends at once, as a promise that a busy machine does not break."""
+"""What ends soon, as a promise that a busy machine does not break."""
 
-import contextlib
-import gc
 import time
+from contextlib import contextmanager
 
-#: Seconds of a processor: many times what anything takes that ends at once, and far less than what never ends.
-AT_ONCE = 10.0
+from qddot.cycles import cycles_left_alone
 
 
-@contextlib.contextmanager
-def at_once(seconds=AT_ONCE):
+@contextmanager
+def within(seconds):
     """What is inside takes less than these seconds of its thread, without looks through all objects of the session."""
-    gc.disable()
-    begun = time.thread_time()
-    try:
+    with cycles_left_alone():
+        begun = time.thread_time()
         yield
         assert time.thread_time() - begun < seconds
-    finally:
-        gc.enable()

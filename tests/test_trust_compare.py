@@ -9,7 +9,7 @@ import symengine as se
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import shipped_once
-from promptness import at_once
+from promptness import within
 
 from qddot.codegen.compare.command import run
 from qddot.codegen.compare.difference import compare
@@ -145,7 +145,8 @@ def test_what_is_real_nowhere_is_not_taken_for_zero():
     assert not vanishes(se.log(-1 - x**2) - se.log(-1 - x**2 + se.Integer(10) ** -20), {})
 
 
-def test_a_verdict_comes_at_once(tmp_path):
+@within(20)
+def test_a_verdict_comes_in_seconds(tmp_path):
     for addend in ("exp(exp(exp(1000*q_1)))", "sin(10**300*q_1)", "(1 + q_1)**3999", "cosh(1e300*q_1)"):
-        with at_once(), nullcontext() if addend[0] != "(" else pytest.raises(CompareError):
+        with nullcontext() if addend[0] != "(" else pytest.raises(CompareError):
             assert not verdict(tmp_path, TRUE + addend).equal

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from promptness import at_once
+from promptness import within
 from study_files import assert_refused, slip, write
 from test_studies import GOOD
 
@@ -142,7 +142,7 @@ ATTACKS = {
 def test_an_attack_is_refused_at_once_in_few_words(tmp_path, case):
     text, message = ATTACKS[case]
     path = write(tmp_path, text)
-    with at_once(), pytest.raises(StudyError) as refused:
+    with within(2.0), pytest.raises(StudyError) as refused:
         run_study(path)
     assert str(refused.value).startswith(str(path))
     assert message in str(refused.value)

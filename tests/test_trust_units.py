@@ -10,7 +10,7 @@ import pint
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from promptness import at_once
+from promptness import within
 from sympy import Symbol
 from test_walls import ROOT
 
@@ -90,7 +90,7 @@ def test_a_slip_is_refused_with_what_to_write(text, unit):
 )
 def test_an_attack_is_refused_at_once_and_in_few_words(text):
     said = r"expected|at most|no unit|unknown|understood|whole number|early"
-    with at_once(), pytest.raises(ValueError, match=said) as refused:
+    with within(1.0), pytest.raises(ValueError, match=said) as refused:
         magnitude("here", text, "ms")
     assert len(str(refused.value)) < 300
 
