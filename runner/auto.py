@@ -73,18 +73,19 @@ def _against_knots(problem: Problem, rates: Callable[[], np.ndarray]) -> str:
 
 
 def choose_for_many(
-    model: "Model", problem: Problem | None, options: Options, *, series_in_lanes: bool
+    model: "Model", options: Options, by_series: Callable[[], Problem] | None
 ) -> tuple[Method, Options, str]:
     """The same for many runs at once, which differ in inputs, parameters and starts.
 
-    problem: a run that stands for all, None where there are none. series_in_lanes: whether runs by Taylor's method go
-    in lanes; each of its steps ends where a piece of an input does.
+    by_series: gives the run that has the most to lose by a series, whose steps end where pieces of inputs do; None
+    where runs by Taylor's method do not go in lanes.
     """
     linear = model.tables.linear and not model.tables.contacts
     if _may(options, "exact") and linear and len(model.state_names) <= MOST_EXACT:
         return _chosen("exact", options, "the model is linear")
     reason = ""
-    if problem is not None and series_in_lanes and _may(options, "taylor"):
+    if by_series and _may(options, "taylor"):
+        problem = by_series()
         reason = _against_knots(problem, partial(_rates, model, problem))
         if not reason:
             return _chosen("taylor", options, "the model is smooth, and many runs go in lanes")

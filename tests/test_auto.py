@@ -62,7 +62,7 @@ def test_a_linear_model_is_propagated_exactly_if_nothing_else_is_asked_for():
     assert chosen(model, initial=start) == ("exact", "the model is linear")
     assert chosen(model, initial=start, rtol=1e-9)[0] == "exact"
     assert chosen(model, initial=start, max_step=0.01)[0] == "taylor"
-    assert choose_for_many(model, None, qddot.Options(rtol=1e-6), series_in_lanes=True)[0].name == "exact"
+    assert choose_for_many(model, qddot.Options(rtol=1e-6), None)[0].name == "exact"
 
 
 def test_a_spline_of_many_knots_takes_a_runge_kutta_method(model):
@@ -115,7 +115,7 @@ def test_many_runs_over_splines_of_many_knots_take_a_runge_kutta_method(model):
 
 
 def test_many_runs_that_have_no_series_in_lanes_take_a_runge_kutta_method(model):
-    method, options, reason = choose_for_many(model, None, qddot.Options(rtol=1e-6), series_in_lanes=False)
+    method, options, reason = choose_for_many(model, qddot.Options(rtol=1e-6), None)
     assert (method.name, options.rtol, reason) == ("vern7", 1e-6, "many runs go in lanes")
 
 

@@ -12,9 +12,9 @@ from qddot.runner.options import Options
 
 def chosen(task: Task) -> tuple[Task, str]:
     """The same batch by the method that `auto` chooses, and why: by a run that reads most of its inputs."""
-    series = way_of(task.model, find_method("taylor"), Options())[0] == "lanes"
-    problem = problem_of(task, _farthest(task)) if task.runs else None
-    method, options, why = choose_for_many(task.model, problem, task.options, series_in_lanes=series)
+    series = task.runs and way_of(task.model, find_method("taylor"), Options())[0] == "lanes"
+    by_series = (lambda: problem_of(task, _farthest(task))) if series else None
+    method, options, why = choose_for_many(task.model, task.options, by_series)
     return task.by(method, options), why
 
 
