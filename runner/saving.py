@@ -2,7 +2,7 @@
 
 import errno
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,22 +17,14 @@ TIME = Quantity("time", "s", "time")
 
 #: A quantity with its values (n,) at the saved points.
 Column = tuple[Quantity, NDArray[np.float64]]
+Writer = Callable[[Path, Sequence[Column], Mapping[str, Any]], None]
 
 
-def written(path: Path, columns: Sequence[Column], attributes: Mapping[str, Any]) -> Path:
-    """Write columns, of the time first, by the suffix of the path, which is given back; NetCDF takes attributes too.
-
-    Raises ValueError for a suffix that is not known, OSError where it cannot be written.
-    """
-    if path.suffix == ".nc":
-        _write_netcdf(path, columns, attributes)
-    elif path.suffix == ".csv":
-        _write_csv(path, columns)
-    elif path.suffix == ".mat":
-        _write_mat(path, columns)
-    else:
-        raise ValueError(f"{path}: expected a file that ends in .nc, .csv, .mat")
-    return path
+def writer_for(path: Path) -> Writer:
+    """What writes columns, of the time first, and attributes to a file of this name; ValueError for another suffix."""
+    if path.suffix not in _WRITERS:
+        raise ValueError(f"{path}: expected a file that ends in {', '.join(_WRITERS)}")
+    return _WRITERS[path.suffix]
 
 
 def heads(quantity: Quantity) -> dict[str, str]:
@@ -40,14 +32,14 @@ def heads(quantity: Quantity) -> dict[str, str]:
     return {"units": quantity.unit, "long_name": quantity.meaning}
 
 
-def _write_csv(path: Path, columns: Sequence[Column]) -> None:
+def _write_csv(path: Path, columns: Sequence[Column], _: Mapping[str, Any]) -> None:
     heading = ",".join(f"{each.name} [{each.unit}]" if each.unit else each.name for each, _ in columns)
     rows = np.column_stack([values for _, values in columns])
     with written_aside(path) as aside:
         np.savetxt(aside, rows, "%.17g", ",", header=heading, comments="")
 
 
-def _write_mat(path: Path, columns: Sequence[Column]) -> None:
+def _write_mat(path: Path, columns: Sequence[Column], _: Mapping[str, Any]) -> None:
     from scipy.io import savemat  # noqa: PLC0415 - only a run that is saved needs it
 
     vectors = {each.name: values for each, values in columns}
@@ -78,3 +70,6 @@ def _told_by_netcdf(path: Path) -> Iterator[None]:
     except RuntimeError as error:
         free = shutil.disk_usage(path.parent).free / 1e6
         raise OSError(errno.EIO, f"could not be written ({error}); {free:.3g} MB are free there", str(path)) from error
+
+
+_WRITERS: dict[str, Writer] = {".nc": _write_netcdf, ".csv": _write_csv, ".mat": _write_mat}

@@ -16,7 +16,7 @@ from qddot.runner.checks import finite, numbers
 from qddot.runner.columns import Between, Columns, Extremes, Moments
 from qddot.runner.pictures.arrange import run_picture, undetermined
 from qddot.runner.problem import Statistics, Status
-from qddot.runner.saving import TIME, heads, written
+from qddot.runner.saving import TIME, heads, writer_for
 from qddot.runner.tables import Quantity
 from qddot.words import counted
 
@@ -298,8 +298,10 @@ class Solution(Columns):
         loads a .mat as one column vector for each quantity, `time` among them. Raises ValueError for another suffix,
         OSError where it cannot be written.
         """
-        columns = [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)]
-        return written(Path(path), columns, self.attributes)
+        path = Path(path)
+        write = writer_for(path)
+        write(path, [(TIME, self.t), *zip(self.quantities, self.values.T, strict=True)], self.attributes)
+        return path
 
 
 def extremes_of_points(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
