@@ -12,14 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import MODELS
 from numba import njit
-from numba.core.errors import TypingError
+from numba.core.errors import NumbaError
 
 import qddot
 from qddot.runner import abi
 from qddot.runner.machine import straight_code, straight_parts, straight_shapes
 from qddot.runner.machine.compiled import ARITHMETIC
-from qddot.runner.machine.straight import parsed, straight
-from qddot.runner.machine.straight_code import StrayError, check
+from qddot.runner.machine.inner import OUTER
+from qddot.runner.machine.straight import straight
+from qddot.runner.machine.straight_code import check
+from qddot.runner.machine.text import StrayError, parsed
 
 X, U, C = np.array([0.7, -0.4, 1.3]), np.array([0.2]), np.array([1.5, 0.6])
 
@@ -38,7 +40,7 @@ def written(folder, text, name="rhs", arguments="t, state, inputs, constants, va
 
 def compiled(function, **options):
     """The function of instructions, jitted."""
-    kernel = njit(**ARITHMETIC)(straight(function, **options))
+    kernel = njit(pipeline_class=OUTER, **ARITHMETIC)(straight(function, **options))
     kernel.compile(abi.VECTOR_KERNEL)
     return kernel
 
@@ -83,7 +85,7 @@ def test_what_numba_compiles_of_the_same_text_gives_the_same_numbers():
 def test_functions_of_as_many_arguments_as_kernels_have(tmp_path, count):
     arguments = [f"a_{k}" for k in range(count)]
     function = written(tmp_path, f"{arguments[-1]}[1] = {arguments[0]}[0] + 1.0", arguments=", ".join(arguments))
-    kernel, arrays = njit(**ARITHMETIC)(straight(function)), [np.ones(2) for _ in arguments]
+    kernel, arrays = njit(pipeline_class=OUTER, **ARITHMETIC)(straight(function)), [np.ones(2) for _ in arguments]
     kernel(*arrays)
     assert arrays[-1].tolist() == [1.0, 2.0]
 
@@ -230,25 +232,37 @@ def test_long_sums_have_their_signs(tmp_path, monkeypatch):
     assert found == pytest.approx(expected, rel=1e-13)
 
 
+def strays(function):
+    """Whether a function is no straight line."""
+    with pytest.raises(StrayError):
+        check(parsed(function.__code__), vars(builtins) | function.__globals__)
+
+
 @pytest.mark.parametrize(
     "body",
     [
         "while t > 1.0:\n    t = t - 1.0\nvalues[0] = t",
         "if t > 0.0:\n    values[0] = 1.0\nelse:\n    values[0] = 2.0",
         "values[0] = sum(state[1:])",
-        "values[0] = math.nothing(t)",
-        "values[0] = t.nothing",
-        "values[0] = before\nbefore = 1.0",
         "values[0] += t",
-        "values[0] = t ** state[0]",
+        "values[0] = t ** constants[0]",
         "return",
     ],
 )
-def test_what_is_no_straight_line_is_left_to_numba(tmp_path, body):
+def test_what_is_no_straight_line_is_compiled_otherwise(tmp_path, body):
     function = written(tmp_path, body)
-    with pytest.raises(StrayError):
-        check(parsed(function.__code__), vars(builtins) | function.__globals__)
-    with pytest.raises(TypingError, match="rhs is no straight line"):
+    strays(function)
+    expected, found = results(function, compiled(function), 1)
+    assert found == pytest.approx(expected, rel=1e-15, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    "body", ["values[0] = math.nothing(t)", "values[0] = t.nothing", "values[0] = before\nbefore = 1.0"]
+)
+def test_what_is_no_python_either_is_refused_by_numba(tmp_path, body):
+    function = written(tmp_path, body)
+    strays(function)
+    with pytest.raises((NumbaError, AttributeError), match=r"before|nothing"):
         compiled(function)
 
 

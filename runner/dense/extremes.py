@@ -85,7 +85,7 @@ def extremes(source, pieces, work, stride, start, end, best):
             places[2, 0], places[2, 1] = p, j
             count = 1 if j == 0 else count + 1
             for s in range(2):
-                take_all(seen[:, s], where[:, s], 2.0 * s - 1.0, rows, times, places, count)
+                take_all(seen, where, s, rows, times, places, count)
     for q in range(quantities):
         reach = NEAR * (seen[0, 0, q] + seen[0, 1, q])  # of what the quantity ranges over
         for s in range(2):
@@ -151,12 +151,14 @@ def goes_on(source, t, side, state, row, room):
 
 
 @compiled(**LEAN)
-def take_all(seen, where, sign, rows, times, places, count):
-    """Take note where the last row is the highest, or the parabola through the last three."""
+def take_all(seen, where, s, rows, times, places, count):
+    """Take note where the last row is the least, s = 0, or the greatest, or the parabola through the last three."""
+    sign = 2.0 * s - 1.0
     for q in range(rows.shape[1]):
-        take(seen[0], where[0], q, sign * rows[2, q], places[2])
+        take(seen[0, s], where[0, s], q, sign * rows[2, q], places[2])
         if count >= 3:
-            take(seen[1], where[1], q, top(times, sign * rows[0, q], sign * rows[1, q], sign * rows[2, q]), places[1])
+            value = top(times, sign * rows[0, q], sign * rows[1, q], sign * rows[2, q])
+            take(seen[1, s], where[1, s], q, value, places[1])
 
 
 @compiled(**LEAN)

@@ -1,6 +1,5 @@
 """A model's right-hand side in its second form, for LANES runs at once, made of the text of `rhs` itself."""
 
-import contextlib
 import math
 from functools import cache
 from types import FunctionType, ModuleType
@@ -41,9 +40,7 @@ def _compiled_kernel(rhs: FunctionType) -> Any | None:
     called = {name: rhs.__globals__.get(name) for name in rhs.__code__.co_names}
     tables = {name: elementary(each.py_func) for name, each in called.items() if isinstance(each, Dispatcher)}
     space = {**rhs.__globals__, **tables, "math": in_lanes}
-    with contextlib.suppress(NumbaError):
-        return _loop(rhs, straight(rhs, space, whole=True))
-    return _loop(rhs, FunctionType(rhs.__code__, space, rhs.__name__))
+    return _loop(rhs, straight(rhs, space, whole=True))
 
 
 def _loop(rhs: FunctionType, one: FunctionType) -> Any:

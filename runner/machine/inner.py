@@ -6,12 +6,16 @@ inner function is typed and lowered, and left as it is; an outer one, compiled f
 with the inner ones below it, each of them once, and optimised as a whole.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from numba.core import codegen, typed_passes, untyped_passes
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.errors import LoweringError, NumbaError
 
 from qddot.cycles import cycles_left_alone
+from qddot.runner.machine.lowering import lowered
+from qddot.runner.machine.text import StrayError
 
 
 class _Quiet:
@@ -129,15 +133,30 @@ def trimmed(pipeline: Any) -> Any:
     return pipeline
 
 
-def _compiling_into(kind: type) -> type[CompilerBase]:
+def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> type[CompilerBase]:
+    """A compiler that puts code into a library of this kind, from the text of functions; by numba where that goes not.
+
+    mark: tells LLVM more about a function; what it is for goes by its text alone.
+    """
+
     class Compiling(CompilerBase):  # type: ignore[misc]
         """Numba's compiler, into a library of this kind."""
 
         def compile_extra(self, function: Any) -> Any:
-            self.state.library = kind(self.state.targetctx.codegen(), function.__qualname__)
-            self.state.library.enable_object_caching()
             with cycles_left_alone():
+                self.state.library = self._new_library(function)
+                try:
+                    return lowered(function, self.state, mark)
+                except (StrayError, NumbaError, NotImplementedError) as error:
+                    if mark is not None:
+                        raise LoweringError(f"{function.__qualname__}: {error}") from error
+                self.state.library = self._new_library(function)  # numba says better what is amiss, if anything is
                 return super().compile_extra(function)
+
+        def _new_library(self, function: Any) -> Any:
+            library = kind(self.state.targetctx.codegen(), function.__qualname__)
+            library.enable_object_caching()
+            return library
 
         def define_pipelines(self) -> list[Any]:
             """The one pipeline."""
@@ -146,4 +165,4 @@ def _compiling_into(kind: type) -> type[CompilerBase]:
     return Compiling
 
 
-INNER, OUTER = _compiling_into(_Inner), _compiling_into(_Outer)
+INNER, OUTER = compiling_into(_Inner), compiling_into(_Outer)

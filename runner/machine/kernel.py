@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from numba import njit, types
-from numba.core.errors import NumbaError
 from numba.extending import typeof_impl
 
 from qddot.cycles import cycles_left_alone
@@ -55,19 +54,9 @@ def _in_compiled_code(kernel: Kernel, context: Any) -> Any:
 
 
 def compiled_kernel(function: Any, signature: Any) -> Kernel:
-    """A module's function compiled: by instructions where its text is a straight line, by numba where it is not.
-
-    Raises NumbaError where it does not compile.
-    """
-    try:
-        return _compiled(straight(function.py_func), signature, function)
-    except NumbaError:
-        return _compiled(function.py_func, signature, function)
-
-
-def _compiled(text: Any, signature: Any, function: Any) -> Kernel:
+    """A module's function compiled. Raises NumbaError where it does not compile."""
     with keeping_code(Path(function.py_func.__code__.co_filename)):
-        made = njit(cache=True, **ARITHMETIC, **BY_ADDRESS)(text)
+        made = njit(cache=True, **ARITHMETIC, **BY_ADDRESS)(straight(function.py_func))
     with cycles_left_alone():
         made.compile(signature)
     return Kernel(made, signature)

@@ -174,6 +174,8 @@ def solve_band(lapack, W, lower, upper, pivots, b):
 @compiled(**LEAN)
 def _integers(pivots, n, width, lower, upper):
     """Write what LAPACK wants by address behind the pivots; the address of the first, the others lie before it."""
-    for k, value in enumerate((n, lower, upper, width, 0, 1, PLAIN)):
-        pivots[n - 1 - k] = value
+    k = n
+    for value in (n, lower, upper, width, 0, 1, PLAIN):
+        k -= 1
+        pivots[k] = value
     return first_item(pivots) + 8 * (n - 1)

@@ -3,6 +3,7 @@
 import ast
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
 from itertools import chain
 from typing import Any
 
@@ -12,24 +13,13 @@ from numba.core import cgutils
 from numba.core.typing import signature
 from numba.np.arrayobj import make_array
 
+from qddot.runner.machine.expressions import Expressions
 from qddot.runner.machine.straight_parts import SHORT, WHOLE, Run, expressions, room, runs
 from qddot.runner.machine.straight_tables import Loop, Table, tables
+from qddot.runner.machine.text import StrayError
+from qddot.runner.machine.values import DOUBLE, FLOAT_ARITHMETIC, RELATIONS, WHOLE_ARITHMETIC, WORD, Typed
 
-#: The numba type of a value, and the value.
-Typed = tuple[Any, Any]
-
-_DOUBLE, _WORD, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 _PLACES = types.CPointer(types.float64)
-_ARITHMETIC: dict[type, str] = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-_WHOLE_ARITHMETIC: dict[type, str] = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
-_RELATIONS: dict[type, str] = {
-    **{ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="},
-    **{ast.Eq: "==", ast.NotEq: "!="},
-}
-
-
-class StrayError(Exception):
-    """What is no straight line."""
 
 
 def check(function: ast.FunctionDef, names: Mapping[str, Any]) -> None:
@@ -86,14 +76,14 @@ def _is_global(node: ast.expr, known: set[str], names: Mapping[str, Any]) -> boo
 
 def _is_arithmetic(node: ast.BinOp) -> bool:
     whole = isinstance(node.right, ast.Constant) and type(node.right.value) is int
-    return type(node.op) in _ARITHMETIC or (isinstance(node.op, ast.Pow) and whole)
+    return type(node.op) in FLOAT_ARITHMETIC or (isinstance(node.op, ast.Pow) and whole)
 
 
 def _is_index(node: ast.expr) -> bool:
     """Whether it can be a place in an array: sums and products of whole numbers."""
     parts = node.elts if isinstance(node, ast.Tuple) else [node]
     inner = [each for part in parts for each in expressions(part) if isinstance(each, ast.BinOp)]
-    return not isinstance(node, ast.Slice) and all(type(each.op) in _WHOLE_ARITHMETIC for each in inner)
+    return not isinstance(node, ast.Slice) and all(type(each.op) in WHOLE_ARITHMETIC for each in inner)
 
 
 #: Expressions that there are instructions for, where they are as the function says.
@@ -101,32 +91,36 @@ _POSSIBLE: dict[type, Callable[[Any], bool]] = {
     ast.Constant: lambda node: isinstance(node.value, bool | int | float | str),
     ast.BinOp: _is_arithmetic,
     ast.UnaryOp: lambda node: isinstance(node.op, ast.USub | ast.Not),
-    ast.Compare: lambda node: len(node.ops) == 1 and type(node.ops[0]) in _RELATIONS,
+    ast.Compare: lambda node: len(node.ops) == 1 and type(node.ops[0]) in RELATIONS,
     ast.Subscript: lambda node: isinstance(node.value, ast.Name) and _is_index(node.slice),
     **dict.fromkeys((ast.Tuple, ast.BoolOp, ast.IfExp), lambda node: True),
 }
 
 
-class StraightCode:
+class StraightCode(Expressions):
     """Instructions at the end of a block.
 
     names: what global names mean. whole: however many statements there are, they stay in one function.
     """
 
     def __init__(self, context: Any, builder: Any, names: Mapping[str, Any], *, whole: bool = False) -> None:
-        self._context = context
-        self._builder = builder
-        self._names = names
+        super().__init__(context, builder, names)
         self._whole = whole
         self._values: dict[str, Typed] = {}
         self._items: dict[str, tuple[Any, Any]] = {}  # where an array's items begin, and how long its rows are
         self._frame: Any = None
         self._kept: Mapping[str, int] = {}
 
+    def local(self, name: str) -> Typed | None:
+        """The value of a name of the function's own, None where it is none."""
+        if name in self._kept:
+            return types.float64, self._builder.load(self._builder.gep(self._frame, [WORD(self._kept[name])]))
+        return self._values.get(name)
+
     def name(self, name: str, value: Typed) -> None:
         """Let a name mean a value."""
         if name in self._kept:
-            self._builder.store(self._cast(value), self._builder.gep(self._frame, [_WORD(self._kept[name])]))
+            self._builder.store(self.cast(value), self._builder.gep(self._frame, [WORD(self._kept[name])]))
             return
         self._values[name] = value
         kind, found = value
@@ -140,8 +134,8 @@ class StraightCode:
         if sum(run.length for run in found) <= WHOLE:
             self.run(statements)
             return
-        made, self._kept, length = tables(found, lambda node: float(self._typed(node)[1].constant), SHORT)
-        self._frame = cgutils.alloca_once(self._builder, _DOUBLE, size=_WORD(length))
+        made, self._kept, length = tables(found, lambda node: float(self.number(node).constant), SHORT)
+        self._frame = cgutils.alloca_once(self._builder, DOUBLE, size=WORD(length))
         for name in self._kept.keys() & self._values.keys():
             self.name(name, self._values[name])
         for k, run in enumerate(found):
@@ -182,31 +176,31 @@ class StraightCode:
             elif isinstance(statement, ast.Assign):
                 self._assign(statement.targets[0], statement.value)
             elif isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call):
-                self._call(statement.value)
+                self.called(statement.value)
 
     def _repeat(self, loop: Any) -> None:
         count = loop.iter.args[0].value
         if self._whole:  # a loop within one over lanes would keep that from becoming vectors
             for turn in range(count):
-                self.name(loop.target.id, (types.intp, _WORD(turn)))
+                self.name(loop.target.id, (types.intp, WORD(turn)))
                 self.run(loop.body)
             return
-        with cgutils.for_range(self._builder, _WORD(count)) as turn:
+        with cgutils.for_range(self._builder, WORD(count)) as turn:
             self.name(loop.target.id, (types.intp, turn.index))
             self.run(loop.body)
 
     def _assign(self, target: ast.expr, value: ast.expr) -> None:
         if isinstance(target, ast.Name) and (length := room(value)):
-            self.name(target.id, (_PLACES, cgutils.alloca_once(self._builder, _DOUBLE, size=_WORD(length))))
+            self.name(target.id, (_PLACES, cgutils.alloca_once(self._builder, DOUBLE, size=WORD(length))))
             return
         if not isinstance(target, ast.Tuple):
-            self.store(target, self._typed(value))
+            self.store(target, self.typed(value))
             return
         if isinstance(value, ast.Tuple):
-            found = [self._typed(part) for part in value.elts]
+            found = [self.typed(part) for part in value.elts]
         else:
-            kinds, together = self._typed(value)
-            found = [(kind, self._builder.extract_value(together, k)) for k, kind in enumerate(kinds)]
+            together = self.typed(value)
+            found = [self.part(together, k) for k in range(len(target.elts))]
         for part, each in zip(target.elts, found, strict=True):
             self.store(part, each)
 
@@ -216,143 +210,40 @@ class StraightCode:
             self.name(target.id, value)
             return
         kind, base = self._values[target.value.id]
-        number = self._cast(value)
+        number = self.cast(value)
         if (place := self._place(target)) is not None:
             self._builder.store(number, place)
             return
         setter = self._context.get_function(operator.setitem, signature(types.none, kind, types.intp, types.float64))
-        setter(self._builder, (base, self._index(target.slice), number))
+        setter(self._builder, (base, self._where(target.slice), number))
 
-    def _load(self, node: Any) -> Typed:
+    def item(self, node: Any) -> Typed:
+        """An item of an array, or of what has items."""
         if (place := self._place(node)) is not None:
             return types.float64, self._builder.load(place)
         kind, base = self._values[node.value.id]
         getter = self._context.get_function(operator.getitem, signature(types.float64, kind, types.intp))
-        return types.float64, getter(self._builder, (base, self._index(node.slice)))
+        return types.float64, getter(self._builder, (base, self._where(node.slice)))
 
     def _place(self, node: Any) -> Any:
         """Where an item stands; None where its row knows alone."""
         name = node.value.id
         kind, base = self._values[name]
         if isinstance(kind, types.CPointer):
-            return self._builder.gep(base, [self._index(node.slice)])
+            return self._builder.gep(base, [self._where(node.slice)])
         if name not in self._items:
             return None
         data, width = self._items[name]
         if kind.ndim == 1:
-            return self._builder.gep(data, [self._index(node.slice)])
-        row, column = map(self._index, node.slice.elts)
+            return self._builder.gep(data, [self._where(node.slice)])
+        row, column = map(self._where, node.slice.elts)
         return self._builder.gep(data, [self._builder.add(self._builder.mul(row, width), column)])
 
-    def _index(self, node: Any) -> Any:
-        """A whole number: one, or what counts the turns of a loop, or sums and products of these."""
-        if isinstance(node, ast.Constant):
-            return _WORD(node.value)
-        if isinstance(node, ast.BinOp):
-            operation = _WHOLE_ARITHMETIC[type(node.op)]
-            return getattr(self._builder, operation)(self._index(node.left), self._index(node.right))
-        return self._typed(node)[1]
+    def _where(self, node: ast.expr) -> Any:
+        """An index, a whole number."""
+        return self.typed(node)[1]
 
-    def number(self, node: ast.expr) -> Any:
-        """The value of an expression as a float64."""
-        return self._cast(self._typed(node))
-
-    def _cast(self, value: Typed, kind: Any = types.float64) -> Any:
-        return value[1] if value[0] == kind else self._context.cast(self._builder, value[1], value[0], kind)
-
-    def _typed(self, node: Any) -> Typed:
-        """The value of an expression."""
-        return _FORMS[type(node)](self, node)
-
-    def _named(self, node: ast.Name) -> Typed:
-        if node.id in self._kept:
-            return types.float64, self._builder.load(self._builder.gep(self._frame, [_WORD(self._kept[node.id])]))
-        return self._values[node.id] if node.id in self._values else self._constant(self._names[node.id])
-
-    def _opposite(self, node: ast.UnaryOp) -> Typed:
-        if isinstance(node.op, ast.Not):
-            return types.boolean, self._builder.not_(self._typed(node.operand)[1])
-        return types.float64, self._builder.fneg(self.number(node.operand))
-
-    def _compared(self, node: ast.Compare) -> Typed:
-        left, right, relation = self.number(node.left), self.number(node.comparators[0]), type(node.ops[0])
-        compare = self._builder.fcmp_unordered if relation is ast.NotEq else self._builder.fcmp_ordered
-        return types.boolean, compare(_RELATIONS[relation], left, right)
-
-    def _constant(self, value: Any) -> Typed:
-        if isinstance(value, bool):
-            return types.boolean, _BIT(value)
-        if isinstance(value, int):
-            return types.literal(value), self._context.get_constant(types.intp, value)
-        if isinstance(value, str):  # for what reads it when it is compiled
-            return types.literal(value), self._context.get_dummy_value()
-        return types.float64, _DOUBLE(value)
-
-    def _arithmetic(self, node: ast.BinOp) -> Typed:
-        """Sums and products from the left, which may be of thousands."""
-        line: list[ast.BinOp] = []
-        first: ast.expr = node
-        while isinstance(first, ast.BinOp):
-            line.append(first)
-            first = first.left
-        value = self.number(first)
-        for each in reversed(line):
-            if isinstance(each.op, ast.Pow):
-                whole = types.int64, _WORD(each.right.value)  # type: ignore[attr-defined]
-                value = self._cast(self._called(operator.pow, [(types.float64, value), whole]))
-            else:
-                value = getattr(self._builder, _ARITHMETIC[type(each.op)])(value, self.number(each.right))
-        return types.float64, value
-
-    def _junction(self, node: ast.BoolOp) -> Typed:
-        found = [self._typed(part)[1] for part in node.values]
-        join = self._builder.and_ if isinstance(node.op, ast.And) else self._builder.or_
-        value = found[0]
-        for each in found[1:]:
-            value = join(value, each)
-        return types.boolean, value
-
-    def _choice(self, node: ast.IfExp) -> Typed:
-        """One of two values, of which the other is not computed."""
-        with self._builder.if_else(self._typed(node.test)[1]) as (then, otherwise):
-            with then:
-                one, first = self.number(node.body), self._builder.block
-            with otherwise:
-                other, second = self.number(node.orelse), self._builder.block
-        value = self._builder.phi(_DOUBLE)
-        value.add_incoming(one, first)
-        value.add_incoming(other, second)
-        return types.float64, value
-
-    def _call(self, node: ast.Call) -> Typed:
-        return self._called(self._object(node.func), [self._typed(part) for part in node.args])
-
-    def _called(self, function: Any, arguments: Sequence[Typed]) -> Typed:
-        """A call of what compiled code can call."""
-        typing = self._context.typing_context
-        kind = typing.resolve_value_type(function)
-        found = typing.resolve_function_type(kind, tuple(each for each, _ in arguments), {})
-        code = self._context.get_function(kind, found)
-        self._context.add_linking_libs(getattr(code, "libs", ()))
-        values = [self._cast(each, wanted) for each, wanted in zip(arguments, found.args, strict=True)]
-        return found.return_type, code(self._builder, values)
-
-    def _object(self, node: Any) -> Any:
-        """What a name or an attribute of a module means."""
-        if isinstance(node, ast.Name):
-            return self._names[node.id]
-        return getattr(self._object(node.value), node.attr)
-
-
-_FORMS: dict[type, Callable[[StraightCode, Any], Typed]] = {
-    ast.Name: StraightCode._named,
-    ast.Constant: lambda code, node: code._constant(node.value),
-    ast.Attribute: lambda code, node: code._constant(code._object(node)),
-    ast.BinOp: StraightCode._arithmetic,
-    ast.UnaryOp: StraightCode._opposite,
-    ast.Subscript: StraightCode._load,
-    ast.Call: StraightCode._call,
-    ast.Compare: StraightCode._compared,
-    ast.BoolOp: StraightCode._junction,
-    ast.IfExp: StraightCode._choice,
-}
+    def junction(self, node: ast.BoolOp, last: Any = None) -> Typed:
+        """Of truths, all of which are computed: what stands in a loop over lanes is to become vectors."""
+        found = [self.true(part) for part in node.values]
+        return types.boolean, reduce(self._builder.and_ if isinstance(node.op, ast.And) else self._builder.or_, found)
