@@ -20,7 +20,7 @@ from numba.core.lowering import Environment
 
 from qddot.runner.machine.structured import Kinds, Structured, WiderError
 from qddot.runner.machine.text import StrayError, parsed
-from qddot.runner.machine.values import Typed
+from qddot.runner.machine.values import RAISES, Typed
 
 #: Where a function bears what emits its body as a straight line.
 STRAIGHT = "__straight__"
@@ -101,7 +101,13 @@ def _emitted(state: Any, identity: Any, result: Any, emit: Callable[..., None], 
         if mark is not None:
             mark(function)
         context.post_lowering(module, state.library)
+    state.metadata[RAISES] = any(_raises(block.terminator) for block in function.blocks)
     return description, module, environment, helper
+
+
+def _raises(end: Any) -> bool:
+    """Whether a block returns what is not success."""
+    return isinstance(end, ir.Ret) and not (isinstance(end.operands[0], ir.Constant) and end.operands[0].constant == 0)
 
 
 def _result(state: Any, description: Any, module: Any, environment: Any, helper: Any) -> Any:

@@ -33,6 +33,9 @@ RELATIONS: dict[type, str] = {
     **{ast.Eq: "==", ast.NotEq: "!="},
 }
 
+#: Where numba keeps of what is compiled whether it may raise something.
+RAISES = "qddot_raises"
+
 
 def is_whole(kind: Any) -> bool:
     """Whether it is the type of an integer of 64 bits, or of one that is known."""
@@ -209,7 +212,7 @@ class Values:
         return found.return_type, code(self._builder, [*values, *left_out])
 
     def _jitted(self, function: Any, arguments: Sequence[Typed]) -> Typed:
-        """A call of a jitted function; of one without a wrapper for Python nobody asks whether it raised something."""
+        """A call of a jitted function; whether it raised something is asked only where it may have."""
         kinds = tuple(types.unliteral(kind) for kind, _ in arguments)
         found = types.Dispatcher(function).get_call_type(self._context.typing_context, kinds, {})
         if found is None or len(found.args) != len(arguments):
@@ -217,7 +220,7 @@ class Values:
         made = function.overloads[tuple(found.args)]
         self._context.add_linking_libs((made.library,))
         values = [self.cast(each, wanted) for each, wanted in zip(arguments, found.args, strict=True)]
-        if not function.targetoptions.get("no_cpython_wrapper"):
+        if (made.metadata or {}).get(RAISES, True):
             return found.return_type, self._context.call_internal(self._builder, made.fndesc, found, values)
         _, result = self._context.call_internal_no_propagate(self._builder, made.fndesc, found, values)
         return found.return_type, result
