@@ -9,6 +9,7 @@ from benchmarks.cases import carrier
 from qddot.runner import abi
 from qddot.runner.machine import straight_code
 from qddot.runner.machine.compiled import ARITHMETIC
+from qddot.runner.machine.inner import OUTER
 from qddot.runner.machine.straight import straight
 
 STEP = 1e-6
@@ -41,7 +42,7 @@ def value(model, kernel, x, count, **given):
 
 @pytest.mark.parametrize("kernel", ["rhs", "jacobian"])
 def test_a_table_gives_what_the_text_written_out_gives(model, states, kernel):
-    whole = njit(**ARITHMETIC)(straight(getattr(model.module, kernel).py_func, whole=True))
+    whole = njit(pipeline_class=OUTER, **ARITHMETIC)(straight(getattr(model.module, kernel).py_func, whole=True))
     whole.compile(abi.VECTOR_KERNEL)
     count = len(states[0]) if kernel == "rhs" else model.tables.patterns[kernel].entries
     for x in states:

@@ -467,10 +467,10 @@ def _gamma(argument):
 
 
 def _made(function, *arguments):
-    """SymPy itself does not compare complex numbers."""
+    """SymPy itself does not compare complex numbers; of numbers of hundreds of digits it fails over its own message."""
     try:
         return function(*arguments)
-    except (TypeError, ValueError):
+    except (AttributeError, TypeError, ValueError):
         return arguments[0]
 
 

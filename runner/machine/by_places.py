@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import from_dtype, types
-from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import compiled
@@ -57,7 +56,7 @@ def _of(count: int) -> Any:
     @intrinsic
     def call_loop(typing_context: Any, where: Any, places: Any, most: Any) -> Any:
         def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
-            items = make_array(_PLACES)(context, builder, arguments[1]).data
+            items = context.data_model_manager[_PLACES].get(builder, arguments[1], "data")
             found = (builder.load(builder.gep(items, [ir.Constant(ir.IntType(64), k)])) for k in range(count))
             kind = context.get_value_type(types.voidptr)
             records = [builder.inttoptr(each, kind) for each in found]

@@ -8,15 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from numba import njit, types
+from numba.core.dispatcher import Dispatcher
 from numba.extending import typeof_impl
 
 from qddot.cycles import cycles_left_alone
 from qddot.runner import abi
 from qddot.runner.machine.compiled import ARITHMETIC, compiled, keeping_code
-from qddot.runner.machine.memory import BY_ADDRESS, VIEW, first_item, floats
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, VIEW, first_item, floats
 from qddot.runner.machine.pointers import calling, pointer
 from qddot.runner.machine.straight import straight
 
@@ -56,10 +58,19 @@ def _in_compiled_code(kernel: Kernel, context: Any) -> Any:
 def compiled_kernel(function: Any, signature: Any) -> Kernel:
     """A module's function compiled. Raises NumbaError where it does not compile."""
     with keeping_code(Path(function.py_func.__code__.co_filename)):
-        made = njit(cache=True, **ARITHMETIC, **BY_ADDRESS)(straight(function.py_func))
+        made = njit(cache=True, **ARITHMETIC, **BY_ADDRESS)(straight(function.py_func, _within(function.py_func)))
     with cycles_left_alone():
         made.compile(signature)
     return Kernel(made, signature)
+
+
+def _within(function: FunctionType) -> dict[str, Any]:
+    """Functions of the same file, which a kernel calls, to be compiled within it."""
+    file, space = function.__code__.co_filename, dict(function.__globals__)
+    for name, each in function.__globals__.items():
+        if isinstance(each, Dispatcher) and each.py_func.__code__.co_filename == file:
+            space[name] = compiled(**LEAN)(FunctionType(each.py_func.__code__, space, name))
+    return space
 
 
 _make_constants, _find_switching = calling(abi.SIGNATURES["constants"]), calling(abi.SIGNATURES["switching"])

@@ -18,7 +18,6 @@ from llvmlite import ir
 from numba import from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic as numba_intrinsic
-from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
 
 from qddot.runner.machine.inner import OUTER
@@ -109,12 +108,18 @@ def writable(array: NDArray[Any]) -> NDArray[Any]:
 
 def uncounted(array_type: types.Array, context: Any, builder: Any, where: Any, shape: list[Any]) -> Any:
     """Emit an array of float64 or int64 of one or two dimensions at an address."""
-    array = make_array(array_type)(context, builder)
-    item = cgutils.intp_t(8)
-    strides = [builder.mul(shape[1], item), item] if len(shape) == 2 else [item]
-    data = builder.inttoptr(where, array.data.type)
-    populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
-    return array._getvalue()
+    model, item = context.data_model_manager[array_type], cgutils.intp_t(8)
+    parts = {
+        "nitems": builder.mul(*shape) if len(shape) == 2 else shape[0],
+        "itemsize": item,
+        "data": builder.inttoptr(where, context.get_value_type(types.CPointer(array_type.dtype))),
+        "shape": cgutils.pack_array(builder, shape),
+        "strides": cgutils.pack_array(builder, [builder.mul(shape[1], item), item] if len(shape) == 2 else [item]),
+    }
+    array = ir.Constant(model.get_value_type(), None)
+    for name, value in parts.items():
+        array = model.set(builder, array, value, name)
+    return array
 
 
 @intrinsic
@@ -146,7 +151,7 @@ def first_item(typing_context: Any, array: Any) -> Any:
     """The address of an array's first item, in compiled code."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = make_array(signature.args[0])(context, builder, arguments[0]).data
+        data = context.data_model_manager[signature.args[0]].get(builder, arguments[0], "data")
         return builder.ptrtoint(data, ir.IntType(64))
 
     return types.int64(array), emit

@@ -11,7 +11,6 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.typing import signature
-from numba.np.arrayobj import make_array
 
 from qddot.runner.machine.expressions import Expressions
 from qddot.runner.machine.straight_parts import SHORT, WHOLE, Run, expressions, room, runs
@@ -125,8 +124,12 @@ class StraightCode(Expressions):
         self._values[name] = value
         kind, found = value
         if isinstance(kind, types.Array):
-            array = make_array(kind)(self._context, self._builder, found)
-            self._items[name] = array.data, self._builder.extract_value(array.shape, kind.ndim - 1)
+            array = self._context.data_model_manager[kind]
+            shape = array.get(self._builder, found, "shape")
+            self._items[name] = (
+                array.get(self._builder, found, "data"),
+                self._builder.extract_value(shape, kind.ndim - 1),
+            )
 
     def body(self, statements: Sequence[ast.stmt]) -> None:
         """Instructions of a function's statements."""

@@ -39,13 +39,22 @@ class _Turn:
 
 
 class Structured(Expressions):
-    """Instructions of a function's statements. arguments: by name; kinds: see there."""
+    """Instructions of a function's statements.
+
+    arguments: by name; kinds: see there; settle: what is told the type of the result when it is known.
+    """
 
     def __init__(
-        self, context: Any, builder: Any, names: Mapping[str, Any], arguments: Mapping[str, Typed], kinds: Kinds
+        self,
+        context: Any,
+        builder: Any,
+        names: Mapping[str, Any],
+        arguments: Mapping[str, Typed],
+        kinds: Kinds,
+        settle: Callable[[Any], None],
     ) -> None:
         super().__init__(context, builder, names)
-        self._kinds = kinds
+        self._kinds, self._settle = kinds, settle
         self._given = dict(arguments)
         self._places: dict[str, Any] = {}
         self._own: set[str] = set()  # names that the function gives values to
@@ -267,14 +276,15 @@ class Structured(Expressions):
             self._return(*self.typed(statement.value))
 
     def _return(self, kind: Any, value: Any) -> None:
+        if self._kinds.result is None:
+            self._kinds.result = types.unliteral(kind)
+            self._settle(self._kinds.result)
         wanted = self._kinds.result
-        if wanted is None or wanted != types.unliteral(kind):
-            wider = types.unliteral(kind) if wanted is None else self.unified(wanted, kind)
+        if wanted != types.unliteral(kind) and (wider := self.unified(wanted, kind)) != wanted:
             if isinstance(wider, types.Optional):
                 raise StrayError("an end without a result")
-            if wider != wanted:
-                self._kinds.result = wider
-                raise WiderError
+            self._kinds.result = wider
+            raise WiderError
         result = self._context.get_return_value(self._builder, wanted, self.cast((kind, value), wanted))
         self._context.call_conv.return_value(self._builder, result)
 

@@ -7,13 +7,12 @@ comparisons, items of arrays, is emitted here: numba takes longer to find its ow
 import ast
 import operator
 from collections.abc import Sequence
-from functools import reduce
+from functools import cache, reduce
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.np.arrayobj import make_array
 
 from qddot.runner.machine.text import StrayError
 
@@ -35,6 +34,12 @@ RELATIONS: dict[type, str] = {
 
 #: Where numba keeps of what is compiled whether it may raise something.
 RAISES = "qddot_raises"
+
+
+@cache
+def _resolved(typing_context: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
+    """The types that numba finds for a call, which takes it a millisecond."""
+    return typing_context.resolve_function_type(kind, kinds, {})
 
 
 def is_whole(kind: Any) -> bool:
@@ -154,13 +159,13 @@ class Values:
             return self._builder.gep(value, [where[0][1]])
         if not isinstance(kind, types.Array) or kind.ndim != len(where) or kind.layout != "C":
             return None
-        array = make_array(kind)(self._context, self._builder, value)
-        lengths = cgutils.unpack_tuple(self._builder, array.shape, kind.ndim)
+        array = self._context.data_model_manager[kind]  # numba's own struct would stand in memory, and take a look-up
+        lengths = cgutils.unpack_tuple(self._builder, array.get(self._builder, value, "shape"), kind.ndim)
         place = WORD(0)
         for k, (index, length) in enumerate(zip(where, lengths, strict=True)):
             turn = self._counted(index, length)
             place = self._builder.add(self._builder.mul(place, length), turn) if k else turn
-        return self._builder.gep(array.data, [place])
+        return self._builder.gep(array.get(self._builder, value, "data"), [place])
 
     def _counted(self, index: Typed, length: Any) -> Any:
         """An index from the beginning, where it may be one from the end."""
@@ -202,7 +207,7 @@ class Values:
             return self._jitted(kind.dispatcher, arguments)
         if not isinstance(kind, types.Callable):
             raise StrayError(f"a call of {kind}")
-        found = self._context.typing_context.resolve_function_type(kind, tuple(each for each, _ in arguments), {})
+        found = _resolved(self._context.typing_context, kind, tuple(each for each, _ in arguments))
         if found is None or not all(isinstance(each, types.Omitted) for each in found.args[len(arguments) :]):
             raise StrayError(f"{kind} of {[each for each, _ in arguments]}")
         code = self._context.get_function(kind, found)
