@@ -1,16 +1,29 @@
 """Step control: the factors as published, and the same in lanes as for a run alone."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
+from numba import njit
+from numba.core.dispatcher import Dispatcher
 
 from qddot.runner.frame import step_control
-from qddot.runner.frame.step_control import Factors, after_failure, after_success, control_for, of_two_estimates
+from qddot.runner.frame.step_control import Factors, control_for
+from qddot.runner.machine.compiled import ARITHMETIC
 from qddot.runner.methods import find_method
 
+#: The compiled functions, which are parts of loops, as Python can call them.
+CONTROL = SimpleNamespace(
+    **{
+        name: njit(**ARITHMETIC)(each.py_func)
+        for name, each in vars(step_control).items()
+        if isinstance(each, Dispatcher) and each.py_func.__module__ == step_control.__name__
+    }
+)
+after_failure, after_success, of_two_estimates = CONTROL.after_failure, CONTROL.after_success, CONTROL.of_two_estimates
 ERRORS = some.floats(1e-12, 1e12)
 
 
@@ -62,19 +75,19 @@ def test_two_estimates_of_nothing_or_of_no_number():
 
 def test_first_steps():
     """HNW II.4: d0 = 1, d1 = 2, d2 = 3 at order 5 (the step of a method of order 4 with an estimate of order 5)."""
-    trial = step_control.trial_step(1.0, 2.0)
+    trial = CONTROL.trial_step(1.0, 2.0)
     assert trial == 0.01 / 2.0
-    assert step_control.settled_step(trial, 3.0, 5.0) == pytest.approx(min(100 * trial, (0.01 / 3) ** 0.2))
-    assert step_control.trial_step(1e-6, 2.0) == 1e-6
-    assert step_control.matlab_first_step(0.0, 1e-3, 5.0, 7.0) == 7.0
-    assert step_control.matlab_first_step(10.0, 1e-3, 5.0, 70.0) == pytest.approx(0.8 / (10.0 * 1e-3**0.8))
+    assert CONTROL.settled_step(trial, 3.0, 5.0) == pytest.approx(min(100 * trial, (0.01 / 3) ** 0.2))
+    assert CONTROL.trial_step(1e-6, 2.0) == 1e-6
+    assert CONTROL.matlab_first_step(0.0, 1e-3, 5.0, 7.0) == 7.0
+    assert CONTROL.matlab_first_step(10.0, 1e-3, 5.0, 70.0) == pytest.approx(0.8 / (10.0 * 1e-3**0.8))
 
 
 @pytest.mark.parametrize("name", ["matlab", "standard", "pi"])
 def test_tolerances_of_one_run(name):
     largest = name == "matlab"
     expected = max(1e-3 * 5.0, 1e-2) if largest else 1e-3 * 5.0 + 1e-2
-    assert step_control.tolerance(1e-3, 1e-2, 5.0, largest) == expected
-    assert step_control.scaled(-3e-2, expected, 5.0, 1e3) == pytest.approx(3e-2 / expected)
-    assert step_control.scaled(np.nan, expected, 5.0, 1e3) == math.inf
-    assert step_control.scaled(1e-2, expected, 5.0, 4.0) == math.inf
+    assert CONTROL.tolerance(1e-3, 1e-2, 5.0, largest) == expected
+    assert CONTROL.scaled(-3e-2, expected, 5.0, 1e3) == pytest.approx(3e-2 / expected)
+    assert CONTROL.scaled(np.nan, expected, 5.0, 1e3) == math.inf
+    assert CONTROL.scaled(1e-2, expected, 5.0, 4.0) == math.inf

@@ -245,7 +245,7 @@ def _block(rng, depth, margin):
     return [margin + line for line in lines]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(seed=st.integers(0, 2**32), n=st.integers(-3, 6), a=st.floats(-3.0, 3.0))
 def test_random_programs_give_what_python_gives(tmp_path_factory, seed, n, a):
     rng = random.Random(seed)

@@ -10,15 +10,10 @@ from numba.core.errors import NumbaError
 
 from qddot.runner import abi
 from qddot.runner.load import LoadError, Model
-from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.elementary import FORMS
+from qddot.runner.machine.elementary import FORMS, elementary
 from qddot.runner.machine.lane_loop import lane_loop
-from qddot.runner.machine.memory import LEAN
 from qddot.runner.machine.row import row
 from qddot.runner.machine.straight import straight
-
-#: What makes a function part of the loop that calls it.
-_inlined = compiled(forceinline=True, **LEAN)
 
 
 def lane_rhs(model: Model) -> Any | None:
@@ -43,14 +38,14 @@ def _compiled_kernel(rhs: FunctionType) -> Any | None:
     in_lanes = ModuleType("math", "What stands for `math` in lanes.")
     vars(in_lanes).update(FORMS)
     called = {name: rhs.__globals__.get(name) for name in rhs.__code__.co_names}
-    tables = {name: _inlined(each.py_func) for name, each in called.items() if isinstance(each, Dispatcher)}
+    tables = {name: elementary(each.py_func) for name, each in called.items() if isinstance(each, Dispatcher)}
     space = {**rhs.__globals__, **tables, "math": in_lanes}
     return _loop(rhs, straight(rhs, space, whole=True))
 
 
 def _loop(rhs: FunctionType, one: FunctionType) -> Any:
     """The loop over lanes of a function for one of them; rhs: what it is made of."""
-    names = {**globals(), "one": _inlined(one)}
+    names = {**globals(), "one": elementary(one)}
     return lane_loop(abi.LANE_KERNEL, rhs)(FunctionType(_over_lanes.__code__, names, f"lane_{rhs.__name__}"))
 
 

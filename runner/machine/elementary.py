@@ -9,16 +9,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
-from qddot.runner.machine.compiled import ARITHMETIC
-from qddot.runner.machine.inner import ALONE
-from qddot.runner.machine.memory import intrinsic
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import LEAN, intrinsic
 
 
 def elementary(function: Callable[..., Any]) -> Any:
     """A jitted function that becomes part of the loop that calls it."""
-    return njit(forceinline=True, pipeline_class=ALONE, **ARITHMETIC)(function)
+    return compiled(forceinline=True, **LEAN)(function)
 
 
 @intrinsic

@@ -165,5 +165,4 @@ def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> typ
     return Compiling
 
 
-#: ALONE: into code as numba has it, of each function by itself.
-INNER, OUTER, ALONE = compiling_into(_Inner), compiling_into(_Outer), compiling_into(codegen.JITCodeLibrary)
+INNER, OUTER = compiling_into(_Inner), compiling_into(_Outer)

@@ -42,6 +42,24 @@ def _resolved(typing_context: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
     return typing_context.resolve_function_type(kind, kinds, {})
 
 
+def _overload(typing_context: Any, function: Any, kinds: tuple[Any, ...]) -> Any:
+    """What a jitted function is for arguments of these types, compiled now where it is not yet.
+
+    An inner function is compiled past numba's clocks, which make a note of each call of LLVM for each of its callers.
+    """
+    made = function.overloads.get(kinds)
+    if made is not None:
+        return made
+    if function.targetoptions.get("no_cpython_wrapper") and function._can_compile:
+        made = function._compiler.compile(kinds, None)
+        function.add_overload(made)
+        return made
+    found = types.Dispatcher(function).get_call_type(typing_context, kinds, {})
+    if found is None:
+        raise StrayError(f"{function.__name__} of {kinds}")
+    return function.overloads[tuple(found.args)]
+
+
 def is_whole(kind: Any) -> bool:
     """Whether it is the type of an integer of 64 bits, or of one that is known."""
     return kind == types.int64 or isinstance(kind, types.IntegerLiteral)
@@ -218,11 +236,10 @@ class Values:
 
     def _jitted(self, function: Any, arguments: Sequence[Typed]) -> Typed:
         """A call of a jitted function; whether it raised something is asked only where it may have."""
-        kinds = tuple(types.unliteral(kind) for kind, _ in arguments)
-        found = types.Dispatcher(function).get_call_type(self._context.typing_context, kinds, {})
-        if found is None or len(found.args) != len(arguments):
-            raise StrayError(f"{function.__name__} of {kinds}")
-        made = function.overloads[tuple(found.args)]
+        made = _overload(self._context.typing_context, function, tuple(types.unliteral(kind) for kind, _ in arguments))
+        found = made.signature
+        if len(found.args) != len(arguments):
+            raise StrayError(f"{function.__name__} of {len(arguments)} arguments")
         self._context.add_linking_libs((made.library,))
         values = [self.cast(each, wanted) for each, wanted in zip(arguments, found.args, strict=True)]
         if (made.metadata or {}).get(RAISES, True):
