@@ -23,6 +23,10 @@ class Expressions(Values):
         """The value of a name of the function's own, None where it is none."""
         raise NotImplementedError
 
+    def holds(self, name: str) -> bool:
+        """Whether a name is one of the function's own."""
+        raise NotImplementedError
+
     def number(self, node: ast.expr) -> Any:
         """The value of an expression as a float64."""
         return self.cast(self.typed(node))
@@ -59,7 +63,7 @@ class Expressions(Values):
     def _known(self, node: ast.expr) -> Any:
         """What a global name or an attribute of a module means; None where it is none."""
         if isinstance(node, ast.Name):
-            return None if self.local(node.id) is not None else self._global(node.id)
+            return None if self.holds(node.id) else self._global(node.id)
         if isinstance(node, ast.Attribute) and isinstance(module := self._known(node.value), ModuleType):
             if not hasattr(module, node.attr):
                 raise StrayError(node.attr)

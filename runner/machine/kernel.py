@@ -68,8 +68,9 @@ def _within(function: FunctionType) -> dict[str, Any]:
     """Functions of the same file, which a kernel calls, to be compiled within it."""
     file, space = function.__code__.co_filename, dict(function.__globals__)
     for name, each in function.__globals__.items():
-        if isinstance(each, Dispatcher) and each.py_func.__code__.co_filename == file:
-            space[name] = compiled(**LEAN)(FunctionType(each.py_func.__code__, space, name))
+        if isinstance(each, Dispatcher) and (called := each.py_func).__code__.co_filename == file:
+            again = FunctionType(called.__code__, space, name, called.__defaults__, called.__closure__)
+            space[name] = compiled(**LEAN)(again)
     return space
 
 

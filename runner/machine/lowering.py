@@ -22,22 +22,19 @@ from qddot.runner.machine.structured import Kinds, Structured, WiderError
 from qddot.runner.machine.text import StrayError, parsed
 from qddot.runner.machine.values import RAISES, Typed
 
-#: Where a function bears what emits its body as a straight line.
+#: Where a function bears what gives its instructions as a straight line, see `straight`.
 STRAIGHT = "__straight__"
 
 
 def lowered(function: FunctionType, state: Any, mark: Callable[[Any], None] | None = None) -> Any:
     """What numba's compiler gives for a function, with the state it has when it begins; its library is filled.
 
-    mark: tells LLVM more about the function.
-
-    StrayError where the function holds what there are no instructions for.
+    mark: tells LLVM more about the function. StrayError where the function holds what there are no instructions for.
     """
     identity: Any = FunctionIdentity.from_function(function)
     if (line := vars(function).get(STRAIGHT)) is not None:
         with contextlib.suppress(StrayError):
-            line.text  # noqa: B018 - asked before anything is written
-            return _result(state, *_emitted(state, identity, types.none, line.emit, mark))
+            return _result(state, *_emitted(state, identity, types.none, line(), mark))
     node, names = parsed(function.__code__), _names(function)
     if len(node.args.args) != len(state.args) or node.args.vararg or node.args.kwonlyargs:
         raise StrayError("arguments")

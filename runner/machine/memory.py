@@ -63,9 +63,10 @@ def layout(integers: str, floats: str = "") -> np.dtype:
 def record(fields: np.dtype, /, **values: float) -> np.void:
     """A record with these values and zeros elsewhere."""
     names = fields.names or ()
-    if not values.keys() <= set(names):
+    filled = dict.fromkeys(names, 0) | values
+    if len(filled) > len(names):
         raise ValueError(f"no field {', '.join(sorted(values.keys() - set(names)))} among {', '.join(names)}")
-    made: np.void = np.array([tuple(values.get(name, 0) for name in names)], dtype=fields)[0]
+    made: np.void = np.array([tuple(filled.values())], dtype=fields)[0]
     return made
 
 

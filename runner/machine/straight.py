@@ -5,17 +5,16 @@ the text: the Jacobian of a pendulum of 16 links, written out, takes 80 s with i
 the same code, so that a kernel gives the same numbers either way.
 """
 
-import ast
 import builtins
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Mapping
+from functools import partial
 from types import FunctionType
 from typing import Any
 
 from qddot.runner.machine.lowering import STRAIGHT
 from qddot.runner.machine.straight_code import StraightCode, check
 from qddot.runner.machine.text import parsed
+from qddot.runner.machine.values import Typed
 
 
 def straight(function: FunctionType, space: Mapping[str, Any] | None = None, *, whole: bool = False) -> FunctionType:
@@ -27,30 +26,23 @@ def straight(function: FunctionType, space: Mapping[str, Any] | None = None, *, 
     """
     names = {**function.__globals__, **(space or {})}
     made = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
-    vars(made)[STRAIGHT] = _Line(function, {**vars(builtins), **names}, whole)
+    vars(made)[STRAIGHT] = partial(_instructions, function, {**vars(builtins), **names}, whole)
     return made
 
 
-@dataclass(frozen=True, eq=False)
-class _Line:
-    """What emits the body of a function; names: what its global ones mean."""
+def _instructions(function: FunctionType, names: Mapping[str, Any], whole: bool) -> Callable[..., None]:
+    """What emits the body of a function at the end of a block: (context, builder, typed arguments by name).
 
-    function: FunctionType
-    names: Mapping[str, Any]
-    whole: bool
+    StrayError where its text is no straight line. names: what its global ones mean.
+    """
+    node = parsed(function.__code__)
+    check(node, names)
 
-    @cached_property
-    def text(self) -> ast.FunctionDef:
-        """Its text; StrayError where it is no straight line."""
-        node = parsed(self.function.__code__)
-        check(node, self.names)
-        return node
-
-    def emit(self, context: Any, builder: Any, arguments: Mapping[str, Any]) -> None:
-        """Instructions of the body, at the end of a block; arguments: types and values by name."""
-        node = self.text
-        code = StraightCode(context, builder, self.names, whole=self.whole)
+    def emit(context: Any, builder: Any, arguments: Mapping[str, Typed]) -> None:
+        code = StraightCode(context, builder, names, whole=whole)
         for name, value in arguments.items():
             code.name(name, value)
         code.body(node.body)
         context.call_conv.return_value(builder, context.get_dummy_value())
+
+    return emit

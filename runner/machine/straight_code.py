@@ -116,6 +116,10 @@ class StraightCode(Expressions):
             return types.float64, self._builder.load(self._builder.gep(self._frame, [WORD(self._kept[name])]))
         return self._values.get(name)
 
+    def holds(self, name: str) -> bool:
+        """Whether a name is one of the function's own."""
+        return name in self._kept or name in self._values
+
     def name(self, name: str, value: Typed) -> None:
         """Let a name mean a value."""
         if name in self._kept:

@@ -78,6 +78,10 @@ class Structured(Expressions):
             raise StrayError(f"{name} before it has a value")
         return self._given.get(name)
 
+    def holds(self, name: str) -> bool:
+        """Whether a name is one of the function's own."""
+        return name in self._own or name in self._given
+
     def name(self, name: str, value: Typed) -> None:
         """Let a name mean a value."""
         if name == "_":  # what nobody reads
