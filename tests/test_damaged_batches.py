@@ -319,10 +319,13 @@ def harmed(store, rng):
 def test_killed_at_any_moment_and_damaged_anyhow_it_ends_up_as_if_nothing_had_been(study, whole, tmp_path, capsys):
     server, rng = Server(study), random.Random(SEED)
     print(f"seed {SEED}")
-    start = time.perf_counter()
-    server.start(tmp_path / "timed.zarr")
-    assert server.status() == 0
-    duration, killed = time.perf_counter() - start, 0
+    durations, killed = [], 0
+    for number in range(3):  # the machine may have been busy with one of them
+        start = time.perf_counter()
+        server.start(tmp_path / f"timed_{number}.zarr")
+        assert server.status() == 0
+        durations.append(time.perf_counter() - start)
+    duration = min(durations)
     for number in range(ROUNDS):
         store, done = tmp_path / f"{number}.zarr", []
         for _ in range(rng.randint(1, 3)):

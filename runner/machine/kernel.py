@@ -65,12 +65,19 @@ def compiled_kernel(function: Any, signature: Any) -> Kernel:
 
 
 def _within(function: FunctionType) -> dict[str, Any]:
-    """Functions of the same file, which a kernel calls, to be compiled within it."""
+    """What global names of a kernel mean; functions of its own file that it calls are compiled within it."""
     file, space = function.__code__.co_filename, dict(function.__globals__)
-    for name, each in function.__globals__.items():
-        if isinstance(each, Dispatcher) and (called := each.py_func).__code__.co_filename == file:
+    callers, found = [function], set[str]()
+    while callers:
+        for name in callers.pop().__code__.co_names:
+            each = function.__globals__.get(name)
+            if name in found or not isinstance(each, Dispatcher) or each.py_func.__code__.co_filename != file:
+                continue
+            called = each.py_func
             again = FunctionType(called.__code__, space, name, called.__defaults__, called.__closure__)
             space[name] = compiled(**LEAN)(again)
+            found.add(name)
+            callers.append(called)
     return space
 
 
