@@ -179,6 +179,7 @@ def test_records_addresses_and_functions_that_are_handed_over(by_text):
 @pytest.mark.parametrize(
     "body",
     [
+        "return sum([k * a for k in range(n)])",
         "y = np.zeros(n)\nreturn y.sum() + a",
         "x[1:3] = 2.0\nreturn a",
         "return float(len([1, 2, n]))",

@@ -9,7 +9,7 @@ with the inner ones below it, each of them once, and optimised as a whole.
 from collections.abc import Callable
 from typing import Any
 
-from numba.core import codegen, typed_passes, untyped_passes
+from numba.core import codegen
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.errors import LoweringError, NumbaError
 
@@ -108,31 +108,6 @@ def _below(library: Any) -> list[Any]:
     return list(found)
 
 
-#: Passes of numba for what compiled functions here have none of: blocks `with`, closures, comprehensions, exceptions
-#: made at run time, literals that types depend on, expressions of whole arrays, notes of types for people.
-_FOR_OTHERS = {
-    untyped_passes.WithLifting,
-    untyped_passes.InlineClosureLikes,
-    untyped_passes.RewriteDynamicRaises,
-    untyped_passes.MakeFunctionToJitFunction,
-    untyped_passes.FindLiterallyCalls,
-    untyped_passes.LiteralUnroll,
-    untyped_passes.LiteralPropagationSubPipelinePass,
-    typed_passes.InlineOverloads,
-    typed_passes.NopythonRewrites,
-    typed_passes.NoPythonSupportedFeatureValidation,
-    typed_passes.AnnotateTypes,
-    typed_passes.DumpParforDiagnostics,
-}
-
-
-def trimmed(pipeline: Any) -> Any:
-    """Numba's pipeline without the passes that would find nothing."""
-    pipeline.passes[:] = [each for each in pipeline.passes if each[0] not in _FOR_OTHERS]
-    pipeline.finalize()
-    return pipeline
-
-
 def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> type[CompilerBase]:
     """A compiler that puts code into a library of this kind, from the text of functions; by numba where that goes not.
 
@@ -160,7 +135,7 @@ def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> typ
 
         def define_pipelines(self) -> list[Any]:
             """The one pipeline."""
-            return [trimmed(DefaultPassBuilder.define_nopython_pipeline(self.state))]
+            return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
 
     return Compiling
 

@@ -225,9 +225,8 @@ class Structured(Expressions):
         if not all(is_whole(kind) for kind, _ in found):
             raise StrayError("a range of no integers")
         values = [value for _, value in found]
-        self._count(
-            statement, *([WORD(0)] if len(values) == 1 else []), *values, *([WORD(1)] if len(values) < 3 else [])
-        )
+        first, step = [WORD(0)] * (len(values) == 1), [WORD(1)] * (len(values) < 3)
+        self._count(statement, *first, *values, *step)
 
     def _count(self, statement: ast.For, start: Any, stop: Any, step: Any) -> None:
         before = self._builder.block
