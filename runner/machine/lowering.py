@@ -18,7 +18,8 @@ from numba.core.compiler import compile_result
 from numba.core.funcdesc import PythonFunctionDescriptor
 from numba.core.lowering import Environment
 
-from qddot.runner.machine.structured import Kinds, Structured, WiderError
+from qddot.runner.machine.assignments import Kinds, WiderError
+from qddot.runner.machine.structured import Structured
 from qddot.runner.machine.text import StrayError, parsed
 from qddot.runner.machine.values import RAISES, Typed
 
@@ -45,7 +46,7 @@ def lowered(function: FunctionType, state: Any, mark: Callable[[Any], None] | No
         def settle(kind: Any) -> None:
             _give_result(context, builder.function, kind)
 
-        Structured(context, builder, names, arguments, kinds, settle).function(node)
+        Structured(context, builder, names, arguments, kinds, node, settle).emit()
 
     while True:
         try:

@@ -1,33 +1,19 @@
-"""LLVM's instructions of the statements of a function: assignments, branches, loops; a place in memory for each name.
+"""LLVM's instructions of a function's statements: branches, loops, results.
 
-A name has one type throughout. Where a later assignment needs a wider one (an integer first, a float then), or a result
-turns out to be one, all is emitted once more with that.
+Where a result turns out to be of a wider type than the first one, all is emitted once more with that.
 """
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 
-from qddot.runner.machine.expressions import Expressions
+from qddot.runner.machine.assignments import Assignments, Kinds, WiderError
 from qddot.runner.machine.text import StrayError
 from qddot.runner.machine.values import WORD, Typed, is_whole
-
-
-class WiderError(Exception):
-    """A type was not the one that it has to be; what `Kinds` holds is, now."""
-
-
-@dataclass
-class Kinds:
-    """Types found so far: of names, and of the result, None where it is not known."""
-
-    result: Any
-    names: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass
@@ -38,8 +24,8 @@ class _Turn:
     end: Any = None
 
 
-class Structured(Expressions):
-    """Instructions of a function's statements.
+class Structured(Assignments):
+    """Instructions of a function, its text a tree, at the end of a block.
 
     arguments: by name; kinds: see there; settle: what is told the type of the result when it is known.
     """
@@ -51,49 +37,19 @@ class Structured(Expressions):
         names: Mapping[str, Any],
         arguments: Mapping[str, Typed],
         kinds: Kinds,
+        function: ast.FunctionDef,
         settle: Callable[[Any], None],
     ) -> None:
-        super().__init__(context, builder, names)
-        self._kinds, self._settle = kinds, settle
-        self._given = dict(arguments)
-        self._places: dict[str, Any] = {}
-        self._own: set[str] = set()  # names that the function gives values to
+        named = [each for each in ast.walk(function) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
+        super().__init__(context, builder, names, arguments, {each.id for each in named}, kinds)
+        self._function, self._settle = function, settle
         self._turns: list[_Turn] = []
 
-    def function(self, node: ast.FunctionDef) -> None:
-        """Instructions of all of it."""
-        named = [each for each in ast.walk(node) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
-        self._own = {each.id for each in named}
-        for name in sorted(self._own & self._given.keys()):
-            self.name(name, self._given.pop(name))
-        self.run(node.body)
+    def emit(self) -> None:
+        """All of them."""
+        self.run(self._function.body)
         if not self._ended():
             self._return(types.none, self._context.get_dummy_value())
-
-    def local(self, name: str) -> Typed | None:
-        """The value of a name of the function's own, None where it is none."""
-        if name in self._places:
-            return self._kinds.names[name], self._builder.load(self._places[name])
-        if name in self._own:
-            raise StrayError(f"{name} before it has a value")
-        return self._given.get(name)
-
-    def holds(self, name: str) -> bool:
-        """Whether a name is one of the function's own."""
-        return name in self._own or name in self._given
-
-    def name(self, name: str, value: Typed) -> None:
-        """Let a name mean a value."""
-        if name == "_":  # what nobody reads
-            return
-        kind = types.unliteral(value[0])
-        known = self._kinds.names.setdefault(name, kind)
-        if known != kind and (wider := self.unified(known, kind)) != known:
-            self._kinds.names[name] = wider
-            raise WiderError
-        if name not in self._places:
-            self._places[name] = cgutils.alloca_once(self._builder, self._context.get_value_type(known))
-        self._builder.store(self.cast((kind, value[1]), known), self._places[name])
 
     def run(self, body: Sequence[ast.stmt]) -> None:
         """Instructions of statements, as far as they are reached."""
@@ -107,70 +63,6 @@ class Structured(Expressions):
 
     def _ended(self) -> bool:
         return self._builder.block.is_terminated
-
-    def _assign(self, statement: ast.Assign) -> None:
-        target = statement.targets[0]
-        if isinstance(statement.value, ast.Tuple) and isinstance(target, ast.Tuple) and len(statement.targets) == 1:
-            values = [self.typed(each) for each in statement.value.elts]
-            if len(values) != len(target.elts):
-                raise StrayError(f"{len(target.elts)} names for {len(values)} values")
-            for part, each in zip(target.elts, values, strict=True):
-                self._store(part, each)
-            return
-        value = self.typed(statement.value)
-        for target in statement.targets:
-            self._store(target, value)
-
-    def _store(self, target: ast.expr, value: Typed) -> None:
-        """A value gets a name, or goes into an item or a field, or its parts do."""
-        if isinstance(target, ast.Name):
-            self.name(target.id, value)
-        elif isinstance(target, ast.Tuple) and isinstance(value[0], types.BaseTuple):
-            if len(target.elts) != len(value[0]):
-                raise StrayError(f"{len(target.elts)} names for {value[0]}")
-            for k, part in enumerate(target.elts):
-                self._store(part, self.part(value, k))
-        elif isinstance(target, ast.Subscript):
-            self._into(self.typed(target.value), self.indices(target.slice), value)
-        elif isinstance(target, ast.Attribute):
-            self._onto(self.typed(target.value), target.attr, value)
-        else:
-            raise StrayError(f"an assignment to {type(target).__name__}")
-
-    def _into(self, base: Typed, where: Sequence[Typed], value: Typed) -> None:
-        place = self.place(base, where)
-        if place is None:
-            raise StrayError(f"an item of {base[0]}")
-        self.stored(base[0].dtype, value, place)
-
-    def _onto(self, base: Typed, name: str, value: Typed) -> None:
-        kind, where = base
-        if isinstance(kind, types.Record):
-            field = kind.typeof(name)
-            data = self._context.get_data_type(field)
-            self.stored(field, value, cgutils.get_record_member(self._builder, where, kind.offset(name), data))
-            return
-        found = self._context.typing_context.resolve_setattr(kind, name, types.unliteral(value[0]))
-        if found is None:
-            raise StrayError(f"field {name} of {kind}")
-        self._context.get_setattr(name, found)(self._builder, (where, self.cast(value, found.args[1])))
-
-    def _augment(self, statement: ast.AugAssign) -> None:
-        target, operation = statement.target, type(statement.op)
-        if isinstance(target, ast.Name):
-            before = self.named(target)
-            self.name(target.id, self.combined(operation, before, self.typed(statement.value)))
-        elif isinstance(target, ast.Attribute):
-            base = self.typed(target.value)
-            added = self.combined(operation, self.field(base, target.attr), self.typed(statement.value))
-            self._onto(base, target.attr, added)
-        else:
-            base, where = self.typed(target.value), self.indices(target.slice)
-            place = self.place(base, where)
-            if place is None:
-                raise StrayError(f"an item of {base[0]}")
-            before = self.loaded(base[0].dtype, place)
-            self.stored(base[0].dtype, self.combined(operation, before, self.typed(statement.value)), place)
 
     def _expression(self, statement: ast.Expr) -> None:
         if not isinstance(statement.value, ast.Constant):
@@ -240,7 +132,7 @@ class Structured(Expressions):
         value.add_incoming(self._builder.add(value, step, flags=["nsw"]), onward)
         self._builder.branch(head)
         self._builder.position_at_end(body)
-        self._store(statement.target, (types.int64, value))
+        self.store(statement.target, (types.int64, value))
         self._repeat(_Turn(onward, end), statement)
 
     def _goes_on(self, value: Any, stop: Any, step: Any) -> Any:
@@ -257,7 +149,7 @@ class Structured(Expressions):
         end = self._builder.append_basic_block("end")
         for value in values:
             onward = self._builder.append_basic_block("next")
-            self._store(statement.target, value)
+            self.store(statement.target, value)
             self._repeat(_Turn(onward, end), statement)
             self._builder.position_at_end(onward)
         self._builder.branch(end)
@@ -293,8 +185,8 @@ class Structured(Expressions):
 
 
 _FORMS: dict[type, Callable[[Structured, Any], None]] = {
-    ast.Assign: Structured._assign,
-    ast.AugAssign: Structured._augment,
+    ast.Assign: Structured.assign,
+    ast.AugAssign: Structured.augment,
     ast.Expr: Structured._expression,
     ast.If: Structured._branch,
     ast.While: Structured._while,
