@@ -11,7 +11,7 @@ from typing import Any
 
 from numba.core import codegen
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.errors import LoweringError, NumbaError
+from numba.core.errors import NumbaError
 
 from qddot.cycles import cycles_left_alone
 from qddot.runner.machine.lowering import lowered
@@ -111,7 +111,7 @@ def _below(library: Any) -> list[Any]:
 def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> type[CompilerBase]:
     """A compiler that puts code into a library of this kind, from the text of functions; by numba where that goes not.
 
-    mark: tells LLVM more about a function; what it is for goes by its text alone.
+    mark: tells LLVM more about a function that is compiled from its text.
     """
 
     class Compiling(CompilerBase):  # type: ignore[misc]
@@ -122,11 +122,9 @@ def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> typ
                 self.state.library = self._new_library(function)
                 try:
                     return lowered(function, self.state, mark)
-                except (StrayError, NumbaError, NotImplementedError) as error:
-                    if mark is not None:
-                        raise LoweringError(f"{function.__qualname__}: {error}") from error
-                self.state.library = self._new_library(function)  # numba says better what is amiss, if anything is
-                return super().compile_extra(function)
+                except (StrayError, NumbaError, NotImplementedError):  # numba says better what is amiss, if anything is
+                    self.state.library = self._new_library(function)
+                    return super().compile_extra(function)
 
         def _new_library(self, function: Any) -> Any:
             library = kind(self.state.targetctx.codegen(), function.__qualname__)
