@@ -49,4 +49,5 @@ class Server:
 
     def close(self):
         self.process.stdin.close()
+        self.process.stdout.close()
         self.process.wait()
