@@ -3,8 +3,6 @@
 import ast
 import builtins
 import math
-import sys
-from importlib.util import module_from_spec, spec_from_file_location
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from hypothesis import strategies as st
 from models import MODELS
 from numba import njit
 from numba.core.errors import NumbaError
+from written import written
 
 import qddot
 from qddot.runner import abi
@@ -26,16 +25,8 @@ from qddot.runner.machine.text import StrayError, parsed
 X, U, C = np.array([0.7, -0.4, 1.3]), np.array([0.2]), np.array([1.5, 0.6])
 
 
-def written(folder, text, name="rhs", arguments="t, state, inputs, constants, values"):
-    """A function of this body in a file of its own."""
-    file = folder / f"straight_{abs(hash(text))}.py"
-    lines = "".join(f"    {line}\n" for line in text.splitlines())
-    file.write_text(f"import math\n\n\ndef {name}({arguments}):\n{lines}\n\nOTHER = 1\n")
-    spec = spec_from_file_location(file.stem, file)
-    module = module_from_spec(spec)
-    sys.modules[file.stem] = module
-    spec.loader.exec_module(module)
-    return getattr(module, name)
+def function_of(folder, text, arguments="t, state, inputs, constants, values"):
+    return written(folder, text, arguments, "rhs")
 
 
 def compiled(function, **options):
@@ -84,14 +75,14 @@ def test_what_numba_compiles_of_the_same_text_gives_the_same_numbers():
 @pytest.mark.parametrize("count", sorted({len(signature.args) for signature in abi.SIGNATURES.values()}))
 def test_functions_of_as_many_arguments_as_kernels_have(tmp_path, count):
     arguments = [f"a_{k}" for k in range(count)]
-    function = written(tmp_path, f"{arguments[-1]}[1] = {arguments[0]}[0] + 1.0", arguments=", ".join(arguments))
+    function = function_of(tmp_path, f"{arguments[-1]}[1] = {arguments[0]}[0] + 1.0", arguments=", ".join(arguments))
     kernel, arrays = njit(pipeline_class=OUTER, **ARITHMETIC)(straight(function)), [np.ones(2) for _ in arguments]
     kernel(*arrays)
     assert arrays[-1].tolist() == [1.0, 2.0]
 
 
 def test_choices_junctions_powers_and_loops(tmp_path):
-    function = written(tmp_path, """
+    function = function_of(tmp_path, """
 a, b = state[0], state[1]
 c = constants[1]
 d = -a ** 5 + math.atan2(a, b) if (a < c and not b > 0.5) or a != a else math.nan
@@ -126,19 +117,19 @@ for j in range(3):
 
 @pytest.mark.parametrize("whole", [False, True])
 def test_loops_over_cells_whose_places_are_computed(tmp_path, whole):
-    function = written(tmp_path, LOOPS)
+    function = function_of(tmp_path, LOOPS)
     expected, found = results(function, compiled(function, whole=whole), 8)
     assert found == pytest.approx(expected, rel=1e-14)
 
 
 def test_a_place_that_is_no_whole_number_is_left_to_numba(tmp_path):
-    function = written(tmp_path, "for i in range(2):\n    values[i] = state[i / 2]")
+    function = function_of(tmp_path, "for i in range(2):\n    values[i] = state[i / 2]")
     with pytest.raises(StrayError):
         check(parsed(function.__code__), vars(builtins) | function.__globals__)
 
 
 def test_a_division_by_zero_is_an_infinity(tmp_path):
-    function = written(tmp_path, "values[0] = state[0] / (state[1] - state[1])\nvalues[1] = math.log(-state[0])")
+    function = function_of(tmp_path, "values[0] = state[0] / (state[1] - state[1])\nvalues[1] = math.log(-state[0])")
     kernel, found = compiled(function), np.zeros(2)
     kernel(0.3, X, U, C, found)
     assert found[0] == np.inf
@@ -174,7 +165,7 @@ def test_random_lines_in_one_function_and_as_a_table(tmp_path_factory, expressio
         lines.append(f"tmp_{k} = {expression} + 0.5 * {chance.choice(known)}")
         known.append(f"tmp_{k}")
     lines += [f"values[{k}] = {chance.choice(known)} - tmp_{k}" for k in range(len(expressions))]
-    function = written(tmp_path_factory.mktemp("lines"), "\n".join(lines))
+    function = function_of(tmp_path_factory.mktemp("lines"), "\n".join(lines))
     expected, found = results(function, compiled(function, whole=True), len(expressions))
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
     with pytest.MonkeyPatch.context() as patch:
@@ -227,7 +218,7 @@ def test_long_sums_have_their_signs(tmp_path, monkeypatch):
     monkeypatch.setattr(straight_code, "SHORT", 0)
     lines = ["a, b = state[0], state[1]", "c = -a + b - 2.0 * a + a * b - constants[0]"]
     lines += [f"values[{k}] = c * ({' + '.join(f'{j}.0 * a' for j in range(k + 4))} - b - c)" for k in range(5)]
-    function = written(tmp_path, "\n".join(lines))
+    function = function_of(tmp_path, "\n".join(lines))
     expected, found = results(function, compiled(function), 5)
     assert found == pytest.approx(expected, rel=1e-13)
 
@@ -245,12 +236,12 @@ def strays(function):
         "if t > 0.0:\n    values[0] = 1.0\nelse:\n    values[0] = 2.0",
         "values[0] = sum(state[1:])",
         "values[0] += t",
-        "values[0] = t ** constants[0]",
+        "values[0] = t ** state[0]",
         "return",
     ],
 )
 def test_what_is_no_straight_line_is_compiled_otherwise(tmp_path, body):
-    function = written(tmp_path, body)
+    function = function_of(tmp_path, body)
     strays(function)
     expected, found = results(function, compiled(function), 1)
     assert found == pytest.approx(expected, rel=1e-15, nan_ok=True)
@@ -260,14 +251,14 @@ def test_what_is_no_straight_line_is_compiled_otherwise(tmp_path, body):
     "body", ["values[0] = math.nothing(t)", "values[0] = t.nothing", "values[0] = before\nbefore = 1.0"]
 )
 def test_what_is_no_python_either_is_refused_by_numba(tmp_path, body):
-    function = written(tmp_path, body)
+    function = function_of(tmp_path, body)
     strays(function)
     with pytest.raises((NumbaError, AttributeError), match=r"before|nothing"):
         compiled(function)
 
 
 def test_a_text_that_changed_since_it_was_imported_is_left_to_numba(tmp_path):
-    function = written(tmp_path, "values[0] = t + 1.0")
+    function = function_of(tmp_path, "values[0] = t + 1.0")
     file = next(tmp_path.glob("*.py"))
     file.write_text(file.read_text().replace("t + 1.0", "t + 2.0"))
     with pytest.raises(StrayError, match="its file holds another text"):
@@ -278,6 +269,6 @@ def test_a_text_that_changed_since_it_was_imported_is_left_to_numba(tmp_path):
 
 
 def test_a_sum_of_thousands_of_terms_compiles(tmp_path):
-    function = written(tmp_path, f"values[0] = {' + '.join(['state[0]'] * 2500)}")
+    function = function_of(tmp_path, f"values[0] = {' + '.join(['state[0]'] * 2500)}")
     expected, found = results(function, compiled(function), 1)
     assert found == pytest.approx(expected, rel=1e-11)

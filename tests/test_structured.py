@@ -2,8 +2,6 @@
 
 import math
 import random
-import sys
-from importlib.util import module_from_spec, spec_from_file_location
 
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import float64, int64, njit, types
 from numba.core.errors import NumbaError
+from written import written
 
 import qddot.runner.machine.inner as compilers
 from qddot.runner.machine.compiled import ARITHMETIC, compiled
@@ -21,16 +20,8 @@ from qddot.runner.machine.memory import address as address_of
 from qddot.runner.machine.text import StrayError
 
 
-def written(folder, text, arguments="n, a, x", name="function"):
-    """A function of this body in a file of its own."""
-    file = folder / f"structured_{abs(hash(text))}.py"
-    lines = "".join(f"    {line}\n" for line in text.strip().splitlines())
-    file.write_text(f"import math\n\nimport numpy as np\n\n\ndef {name}({arguments}):\n{lines}")
-    spec = spec_from_file_location(file.stem, file)
-    module = module_from_spec(spec)
-    sys.modules[file.stem] = module
-    spec.loader.exec_module(module)
-    return getattr(module, name)
+def function_of(folder, text):
+    return written(folder, text, "n, a, x")
 
 
 @pytest.fixture
@@ -133,7 +124,7 @@ return math.sqrt(abs(a)) + np.sin(a) + math.pi + np.spacing(a) + (1.0 if np.isfi
 
 @pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 def test_bodies_give_what_python_gives(tmp_path, by_text, body):
-    function = written(tmp_path, body)
+    function = function_of(tmp_path, body)
     made = by_text(function, *KINDS)
     for n, a in ((0, 0.5), (1, -1.25), (3, 2.0), (5, 0.75)):
         if "return total + i" in body and n == 0:
@@ -189,14 +180,14 @@ def test_records_addresses_and_functions_that_are_handed_over(by_text):
     ],
 )
 def test_what_there_are_no_instructions_for_is_left_to_numba(tmp_path, body):
-    function = written(tmp_path, body)
+    function = function_of(tmp_path, body)
     made = njit(pipeline_class=OUTER, error_model="numpy")(function)
     x = np.array([0.5, -1.0, 2.5])
     assert made(3, 0.25, x.copy()) == function(3, 0.25, x.copy())
 
 
 def test_a_name_without_a_value_is_no_global_one(tmp_path):
-    function = written(tmp_path, "for i in range(n):\n    if i > 0:\n        a += np.pi\n    np = math\nreturn a")
+    function = function_of(tmp_path, "for i in range(n):\n    if i > 0:\n        a += np.pi\n    np = math\nreturn a")
     with pytest.raises(NumbaError, match="'np' is not defined"):
         njit(pipeline_class=OUTER)(function).compile(KINDS)
 
@@ -251,14 +242,14 @@ def _block(rng, depth, margin):
 def test_random_programs_give_what_python_gives(tmp_path_factory, seed, n, a):
     rng = random.Random(seed)
     body = ["b, k, m = 0.5 * a, 2, n", *_block(rng, 2, ""), "return a + 10.0 * b + 100.0 * k + 1000.0 * m"]
-    function = written(tmp_path_factory.mktemp("program"), "\n".join(body))
+    function = function_of(tmp_path_factory.mktemp("program"), "\n".join(body))
     made = jitted(function, KINDS)
     assert_alike(function, made, (n, a), np.array([0.5, -1.0, 2.5, 3.0, -0.25]))
 
 
 @pytest.mark.parametrize("value", [math.nan, -math.inf, 0.0, 2.5])
 def test_what_compares_with_nothing(tmp_path, by_text, value):
-    function = written(
+    function = function_of(
         tmp_path, "return (a < 1.0) + 2 * (a != a) + 4 * (not a > 1.0) + 8 * (a == n) + max(a, 1.0) + min(2.0, a)"
     )
     assert_alike(function, by_text(function, *KINDS), (0, value), np.zeros(1))

@@ -4,7 +4,7 @@ Where a later assignment needs a wider one (an integer first, a float then), all
 """
 
 import ast
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,7 +29,7 @@ class Kinds:
 
 
 class Assignments(Expressions):
-    """Instructions at the end of a block. arguments: by name; own: names that the function gives values to."""
+    """Instructions of a function, its text a tree, at the end of a block. arguments: by name; kinds: see there."""
 
     def __init__(
         self,
@@ -37,14 +37,15 @@ class Assignments(Expressions):
         builder: Any,
         names: Mapping[str, Any],
         arguments: Mapping[str, Typed],
-        own: set[str],
+        function: ast.FunctionDef,
         kinds: Kinds,
     ) -> None:
         super().__init__(context, builder, names)
-        self._kinds, self._own = kinds, own
-        self._given = dict(arguments)
+        self._function, self._kinds, self._given = function, kinds, dict(arguments)
+        named = [each for each in ast.walk(function) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
+        self._own = {each.id for each in named}
         self._places: dict[str, Any] = {}
-        for name in sorted(own & self._given.keys()):
+        for name in sorted(self._own & self._given.keys()):
             self.name(name, self._given.pop(name))
 
     def local(self, name: str) -> Typed | None:
@@ -96,17 +97,20 @@ class Assignments(Expressions):
             for k, part in enumerate(target.elts):
                 self.store(part, self.part(value, k))
         elif isinstance(target, ast.Subscript):
-            self._into(self.typed(target.value), self.indices(target.slice), value)
+            kind, place = self._item(target)
+            self.stored(kind, value, place)
         elif isinstance(target, ast.Attribute):
             self._onto(self.typed(target.value), target.attr, value)
         else:
             raise StrayError(f"an assignment to {type(target).__name__}")
 
-    def _into(self, base: Typed, where: Sequence[Typed], value: Typed) -> None:
+    def _item(self, target: ast.Subscript) -> tuple[Any, Any]:
+        """The type of an item, and where it stands."""
+        base, where = self.typed(target.value), self.indices(target.slice)
         place = self.place(base, where)
         if place is None:
             raise StrayError(f"an item of {base[0]}")
-        self.stored(base[0].dtype, value, place)
+        return base[0].dtype, place
 
     def _onto(self, base: Typed, name: str, value: Typed) -> None:
         kind, where = base
@@ -131,9 +135,6 @@ class Assignments(Expressions):
             added = self.combined(operation, self.field(base, target.attr), self.typed(statement.value))
             self._onto(base, target.attr, added)
         else:
-            base, where = self.typed(target.value), self.indices(target.slice)
-            place = self.place(base, where)
-            if place is None:
-                raise StrayError(f"an item of {base[0]}")
-            before = self.loaded(base[0].dtype, place)
-            self.stored(base[0].dtype, self.combined(operation, before, self.typed(statement.value)), place)
+            kind, place = self._item(target)
+            before = self.loaded(kind, place)
+            self.stored(kind, self.combined(operation, before, self.typed(statement.value)), place)

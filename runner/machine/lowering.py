@@ -43,10 +43,7 @@ def lowered(function: FunctionType, state: Any, mark: Callable[[Any], None] | No
     kinds = Kinds(state.return_type if state.return_type is not None or returns else types.none)
 
     def emit(context: Any, builder: Any, arguments: Mapping[str, Typed]) -> None:
-        def settle(kind: Any) -> None:
-            _give_result(context, builder.function, kind)
-
-        Structured(context, builder, names, arguments, kinds, node, settle).emit()
+        Structured(context, builder, names, arguments, node, kinds).emit()
 
     while True:
         try:
@@ -104,13 +101,6 @@ def _emitted(state: Any, identity: Any, result: Any, emit: Callable[..., None], 
         context.post_lowering(module, state.library)
     state.metadata[RAISES] = any(_raises(block.terminator) for block in function.blocks)
     return description, module, environment, helper
-
-
-def _give_result(context: Any, function: Any, kind: Any) -> None:
-    """Let a function have a result of this type, for which it had none: the first argument says where it goes."""
-    context.fndesc.restype = kind
-    made = context.call_conv.get_function_type(kind, context.fndesc.argtypes)
-    function.ftype, function.type, function.args[0].type = made, made.as_pointer(), made.args[0]
 
 
 def _raises(end: Any) -> bool:

@@ -4,14 +4,14 @@ Where a result turns out to be of a wider type than the first one, all is emitte
 """
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 
-from qddot.runner.machine.assignments import Assignments, Kinds, WiderError
+from qddot.runner.machine.assignments import Assignments, WiderError
 from qddot.runner.machine.text import StrayError
 from qddot.runner.machine.values import WORD, Typed, is_whole
 
@@ -25,24 +25,10 @@ class _Turn:
 
 
 class Structured(Assignments):
-    """Instructions of a function, its text a tree, at the end of a block.
+    """Instructions of a function, see `Assignments`."""
 
-    arguments: by name; kinds: see there; settle: what is told the type of the result when it is known.
-    """
-
-    def __init__(
-        self,
-        context: Any,
-        builder: Any,
-        names: Mapping[str, Any],
-        arguments: Mapping[str, Typed],
-        kinds: Kinds,
-        function: ast.FunctionDef,
-        settle: Callable[[Any], None],
-    ) -> None:
-        named = [each for each in ast.walk(function) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
-        super().__init__(context, builder, names, arguments, {each.id for each in named}, kinds)
-        self._function, self._settle = function, settle
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
         self._turns: list[_Turn] = []
 
     def emit(self) -> None:
@@ -170,10 +156,17 @@ class Structured(Assignments):
         else:
             self._return(*self.typed(statement.value))
 
+    def _settle(self) -> None:
+        """Let the function have its result, where it had none: the first argument says where it goes."""
+        description, function = self._context.fndesc, self._builder.function
+        description.restype = self._kinds.result
+        made = self._context.call_conv.get_function_type(description.restype, description.argtypes)
+        function.ftype, function.type, function.args[0].type = made, made.as_pointer(), made.args[0]
+
     def _return(self, kind: Any, value: Any) -> None:
         if self._kinds.result is None:
             self._kinds.result = types.unliteral(kind)
-            self._settle(self._kinds.result)
+            self._settle()
         wanted = self._kinds.result
         if wanted != types.unliteral(kind) and (wider := self.unified(wanted, kind)) != wanted:
             if isinstance(wider, types.Optional):
