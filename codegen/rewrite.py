@@ -8,7 +8,7 @@ from typing import Any
 import symengine as se
 from symengine.lib.symengine_wrapper import Boolean
 
-from qddot.codegen.nodes import operands, remembered
+from qddot.codegen.nodes import one, operands, remembered
 from qddot.codegen.symbols import named
 
 Change = Callable[[Any], Any]
@@ -163,7 +163,7 @@ def factors(term: Any) -> tuple[Any, ...]:
     """The factors of a term that are no numbers."""
     if isinstance(term, se.Mul):
         return tuple(part for part in operands(term) if not is_number(part))
-    return () if is_number(term) else (term,)
+    return () if is_number(term) else (one(term),)  # that of a sum, which `without` takes out
 
 
 def without(term: Any, factor: Any) -> Any:

@@ -12,9 +12,10 @@ from qddot.codegen.constants import hoist
 from qddot.codegen.elimination import factorize, solve
 from qddot.codegen.kernel import Kernel, KernelError, Slot
 from qddot.codegen.lower import optimize
+from qddot.codegen.nodes import forget
 from qddot.codegen.ordering import ordering
 from qddot.codegen.printer import Printer
-from qddot.codegen.rewrite import Names
+from qddot.codegen.rewrite import Names, factors
 from qddot.codegen.rules import collect, flatten, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
 
@@ -49,6 +50,12 @@ LOCAL = [
 @pytest.mark.parametrize(("rule", "before", "after"), LOCAL)
 def test_local_rules(rule, before, after):
     assert simplify(kernel(before), (rule,)).writes[0][1] == after
+
+
+def test_a_term_alone_is_collected_whatever_equal_node_was_asked_for_its_factors_before():
+    forget()
+    factors(se.Symbol("a"))
+    assert collect(a * x + a + y) == a * (x + 1) + y
 
 
 SHARED = [
