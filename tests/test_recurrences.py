@@ -14,6 +14,7 @@ from qddot.codegen.recurrences import NoRecurrenceError, Recurrences, factor_tex
 from qddot.codegen.rewrite import Names
 from qddot.runner.load import available
 from qddot.runner.machine import series_code as machine
+from qddot.runner.machine import series_integrals
 from qddot.runner.machine.recurrences import RecurrenceError, read_recurrences
 from qddot.runner.machine.series_code import series_code
 
@@ -194,10 +195,11 @@ def test_each_lane_of_the_machine_code_is_what_the_run_alone_is(lanes, monkeypat
         np.testing.assert_allclose(target.reshape(-1, 8)[:, lane], summed, rtol=1e-11, atol=1e-12)
 
 
-@pytest.mark.parametrize(("sense", "width"), [(1, 2), (-1, 4), (1, 8)])
+@pytest.mark.parametrize(("sense", "width", "in_registers"), [(1, 2, 8), (-1, 4, 0), (1, 8, 8)])
 @pytest.mark.parametrize("name", [name for name in available() if qddot.load(name).tables.recurrence])
-def test_the_series_of_a_model_is_that_of_its_table(name, sense, width, monkeypatch):
+def test_the_series_of_a_model_is_that_of_its_table(name, sense, width, in_registers, monkeypatch):
     monkeypatch.setattr(machine, "_WIDTHS", ((width, 0),))
+    monkeypatch.setattr(series_integrals, "_IN_REGISTERS", in_registers)
     model = qddot.load(name)
     tables, n = model.tables, len(model.state_names)
     channels = tuple(channel.name for channel in tables.inputs[: tables.rhs_inputs])

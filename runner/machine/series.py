@@ -10,6 +10,7 @@ from typing import Any
 
 from qddot.runner.machine.packing import Group, Packing, arity
 from qddot.runner.machine.recurrences import FUNCTIONS, Factor, Node
+from qddot.runner.machine.series_integrals import Integrals, is_integral
 from qddot.runner.machine.series_linear import linear
 from qddot.runner.machine.series_memory import HIGHEST, NOW, SENSE, Memory
 from qddot.runner.machine.series_solve import eliminate, solution
@@ -76,6 +77,8 @@ class Emitter:
         self._late = {node.name for group in packing.groups if group.late for node in group.nodes}
         self._inverse: Any = None
         self._k: Any = None
+        self.step: Any = None
+        self._integrals = Integrals(self)
 
     def emit(self) -> None:
         """Order 0, and the loop over the others."""
@@ -84,43 +87,42 @@ class Emitter:
             if group.live:
                 self._sums[group.index] = self._sums_of(group)
         self._share_histories()
-        integrals = [group for group in self.packing.groups if group.live and _is_integral(group)]
         sense = code.load_scalar(SENSE * self.memory.row)
         self._begin(sense, None)
         self._order(first=True)
-        following = [self._following(group) for group in integrals]
-        self._store(integrals, following, None)
-        with code.loop(INTEGER(1), order, following) as (k, held, after):
-            self._begin(sense, k)
-            self.current |= {group.index: value for group, value in zip(integrals, held, strict=True)}
+        with code.loop(INTEGER(1), order, self._integrals.carried()) as (k, held, after):
+            self._begin(sense, k, held)
             self._order(first=False)
-            after.extend(self._following(group) for group in integrals)
-            self._store(integrals, list(after), k)
+            after.extend(self._integrals.carried())
         code.builder.ret_void()
 
-    def _begin(self, sense: Any, k: Any) -> None:
-        """The numbers of an order: k, 1/k, sense/(k + 1) and sense*(k + 1)."""
+    def _begin(self, sense: Any, k: Any, held: Sequence[Any] = ()) -> None:
+        """The numbers of an order: k, 1/k, sense/(k + 1) and sense*(k + 1). held: what is carried to it."""
         code, builder = self.code, self.code.builder
         self._k, self._sense = k, sense
         self._gathered = {}
+        self._integrals.begin(k, held)
         for operand in self._operands.values():
             operand.current = None
         if k is None:
-            self._step, self._grown = code.splat(sense), code.splat(sense)
+            self.step, self._grown = code.splat(sense), code.splat(sense)
             return
         whole = builder.sitofp(k, SCALAR)
         self._count, self._part = code.splat(whole), code.splat(builder.fdiv(SCALAR(1.0), whole))
         more = builder.fadd(whole, SCALAR(1.0))
-        self._step = code.splat(builder.fdiv(sense, more))
+        self.step = code.splat(builder.fdiv(sense, more))
         self._grown = code.splat(builder.fmul(sense, more))
 
     def _order(self, first: bool) -> None:
         """All nodes of an order, the unknowns and what holds them last."""
         if not first:
             self._sum_between()
+        known = set[int]()
         for group in self.packing.first if first else self.packing.later:
-            if first or not _is_integral(group):
+            if first or not is_integral(group):
                 self.current[group.index] = self._value(group, first)
+            known |= set() if group.late or group.kind == "solved" else {group.index}
+            self._integrals.follow(known)
         if self.unknowns:
             if first:
                 self._inverse = eliminate(self)
@@ -128,6 +130,7 @@ class Emitter:
             self.current |= {group.index: x for group, x in zip(self.packing.kind("solved"), solved, strict=True)}
             self._gathered = {}
             self._complete(first)
+        self._integrals.follow()
         for operand in self._operands.values():
             if operand.current is None or operand.late:
                 operand.current = None
@@ -143,25 +146,6 @@ class Emitter:
                 self.current[group.index] = value
             elif group.late and group.kind == "linear":
                 self.current[group.index] = linear(self, group.nodes, first)
-
-    # what is carried from order to order
-
-    def _following(self, group: Group) -> Any:
-        """The next coefficient of integrals."""
-        return self._next([node.name for node in group.nodes])
-
-    def _next(self, names: Sequence[str | None]) -> Any:
-        nodes = [self.table.nodes[name] if name else None for name in names]
-        rates = self.gather([node.arguments[0] if node else None for node in nodes])
-        return self.code.multiply(self.scaled(rates, [node.factors[0] if node else None for node in nodes]), self._step)
-
-    def _store(self, integrals: Sequence[Group], values: Sequence[Any], k: Any) -> None:
-        """Write the next coefficients of the states."""
-        stride = self.memory.state_stride
-        for group, value in zip(integrals, values, strict=True):
-            if group.kind == "state":
-                place = self.memory.states + group.index * self.code.width * self.memory.row
-                self.code.store(value, place + stride, k, stride)
 
     def _store_compared(self) -> None:
         memory = self.memory
@@ -313,7 +297,7 @@ class Emitter:
     def _fetch(self, operand: _Operand, final: bool = False) -> Any:
         """An operand's coefficients of this order, kept in its history once they are complete."""
         if operand.current is None:
-            value = self._next(operand.names) if operand.how == "next" else self.gather(operand.names)
+            value = self._integrals.next(operand.names) if operand.how == "next" else self.gather(operand.names)
             if operand.how == "counted":
                 value = self.code.zero if self._k is None else self.code.multiply(value, self._count)
             operand.current = value
@@ -338,7 +322,7 @@ class Emitter:
         homes = [self.packing.home[name] if name else None for name in names]
         found = None
         for source in dict.fromkeys(home[0] for home in homes if home):
-            value = self.current[source]
+            value = self._integrals.read(source)
             if found is None:
                 places = [home[1] if home and home[0] == source else width for home in homes]
                 plain = all(place == i for i, place in enumerate(places))
@@ -362,10 +346,6 @@ class Emitter:
         if plain == {Factor(-1.0)}:
             return self.code.builder.fneg(values) if total is None else self.code.subtract(total, values)
         return self.code.multiply_add(values, self.row(factors), total)
-
-
-def _is_integral(group: Group) -> bool:
-    return group.kind == "state" or group.kind.startswith("integral")
 
 
 def _columns(nodes: Sequence[Node]) -> list[list[str]]:

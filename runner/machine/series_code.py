@@ -27,7 +27,7 @@ from qddot.runner.machine.series_memory import Memory, memory_for
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
 #: Vectors of states that a polynomial is summed for at once, and sums over lower orders that stay in registers.
-_SUMS, _AT_ONCE = 8, 14
+_SUMS, _AT_ONCE = 7, 14
 #: Doubles of a vector, and the fewest sums over lower orders for which vectors are as wide: with fewer of them, putting
 #: nodes side by side costs more than it saves. So many other nodes save as much as a sum.
 _WIDTHS, _NODES_OF_A_SUM = ((8, 28), (4, 16), (2, 0)), 10

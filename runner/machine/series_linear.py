@@ -7,6 +7,9 @@ from qddot.runner.machine.packing import Packing
 from qddot.runner.machine.recurrences import ONE, Factor, Node
 from qddot.runner.machine.vector_code import VectorCode
 
+#: A term or none of each node in a vector.
+_Row = list[tuple[Factor, str] | None]
+
 
 class Emitter(Protocol):
     """What is asked of the emitter of a series; see `series.Emitter`."""
@@ -28,21 +31,41 @@ def linear(emitter: Emitter, nodes: Sequence[Node], first: bool) -> Any:
     """The coefficients of these nodes of an order; constants belong to the first."""
     if emitter.code.width == 1:
         return _linear_alone(emitter, nodes[0], first)
-    slots: dict[int, list[list[tuple[Factor, str]]]] = {}
-    constant: list[list[Factor]] = []
-    for node in nodes:
-        own: dict[int, list[tuple[Factor, str]]] = {}
-        constant.append(_constants(node))
-        for factor, name in _terms(node):
-            own.setdefault(emitter.packing.home[name][0], []).append((factor, name))
-        for source in own.keys() | slots.keys():
-            slots.setdefault(source, [[] for _ in constant[:-1]]).append(own.get(source, []))
+    constant = [_constants(node) for node in nodes]
     total = _sum_of_rows(emitter, _transposed(constant) if first else [])
-    for source in sorted(slots):
-        for terms in _transposed(slots[source]):
-            values = emitter.gather([term[1] if term else None for term in terms])
-            total = emitter.scaled(values, [term[0] if term else None for term in terms], total)
+    for row in _rows(emitter.packing, nodes):
+        values = emitter.gather([term and term[1] for term in row])
+        total = emitter.scaled(values, [term and term[0] for term in row], total)
     return emitter.code.zero if total is None else total
+
+
+def _rows(packing: Packing, nodes: Sequence[Node]) -> list[_Row]:
+    """The terms of nodes in rows, one of each node at most: few rows, and of few vectors each.
+
+    Terms as far in memory from their nodes, as neighbours in a chain are, come out of two vectors at most; rows that
+    are not full take up others that fit between, those of the same vectors first. What is known last is added last.
+    """
+    found: dict[tuple[int, int], _Row] = {}
+    for place, node in enumerate(nodes):
+        met: dict[int, int] = {}
+        for term in _terms(node):
+            vector, item = packing.home[term[1]]
+            far = vector * packing.width + item - place
+            met[far] = met.get(far, 0) + 1
+            found.setdefault((far, met[far]), [None] * len(nodes))[place] = term
+    rows: list[_Row] = []
+    for row in sorted(found.values(), key=lambda row: row.count(None)):
+        fitting = [each for each in rows if not any(one and other for one, other in zip(each, row, strict=True))]
+        if fitting:
+            beside = max(fitting, key=lambda each: len(_vectors(packing, each) & _vectors(packing, row)))
+            beside[:] = [one or other for one, other in zip(beside, row, strict=True)]
+        else:
+            rows.append(row)
+    return sorted(rows, key=lambda row: max(_vectors(packing, row)))
+
+
+def _vectors(packing: Packing, row: _Row) -> set[int]:
+    return {packing.home[term[1]][0] for term in row if term}
 
 
 def _linear_alone(emitter: Emitter, node: Node, first: bool) -> Any:

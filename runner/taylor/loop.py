@@ -18,7 +18,7 @@ from qddot.runner.taylor.inputs import pieces_end, write_inputs
 from qddot.runner.taylor.sides import NOTHING, choose_sides, first_to_leave, turn
 from qddot.runner.taylor.space import NEW, WITHIN, coefficient, sum_series
 from qddot.runner.taylor.space import time_and_sense as memory_head
-from qddot.runner.taylor.step import step_size, worst_state
+from qddot.runner.taylor.step import largest, rank, step_size, worst_state
 
 RUNNING, FINISHED, TERMINATED = int(Status.RUNNING), int(Status.FINISHED), int(Status.TERMINATED)
 NON_FINITE, STEP_UNDERFLOW = int(Status.NON_FINITE), int(Status.STEP_UNDERFLOW)
@@ -86,12 +86,14 @@ def turn_after(space, course, i):
 @compiled(**LEAN)
 def check_end(space, course):
     """NON_FINITE where a state at the end of the step is no number, or beyond the limit."""
-    new = states(space, NEW)
-    for i in range(space.n):
-        if not abs(new[i]) <= course.limit:
-            course.failed_state = i
-            return NON_FINITE
-    return RUNNING
+    new, limit = states(space, NEW), rank(course.limit)
+    if largest(new, space.n) <= limit:
+        return RUNNING
+    i = 0
+    while rank(new[i]) <= limit:
+        i += 1
+    course.failed_state = i
+    return NON_FINITE
 
 
 @compiled(**INLINE)

@@ -12,6 +12,7 @@ import numpy as np
 
 from qddot.runner.frame.space import states
 from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.elementary import bits_of, float_of
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.machine.series_memory import HIGHEST
 from qddot.runner.taylor.space import ATOL, RTOL, coefficient
@@ -27,6 +28,15 @@ def order_for(rtol: float, sums: int) -> int:
 
 
 @compiled(**LEAN)
+def rank(x):
+    """The bits of |x| as a whole number, which rises with it; what is no number is above all.
+
+    LLVM finds the largest of whole numbers side by side, and of others one by one: there may be one that is none.
+    """
+    return bits_of(abs(x))
+
+
+@compiled(**LEAN)
 def sizes(space, rtol):
     """The largest coefficients of the last two orders, relative to their states or to where the absolute tolerance
     takes over. rtol: the least of all. Infinite where one is no number.
@@ -34,13 +44,23 @@ def sizes(space, rtol):
     order = space.highest
     now, before, last = coefficient(space, 0), coefficient(space, order - 1), coefficient(space, order)
     relative, absolute = states(space, RTOL), states(space, ATOL)
-    one, two, total = 0.0, 0.0, 0.0
+    one, two = 0, 0
     for i in range(space.n):
         scale = rtol / max(relative[i] * abs(now[i]), absolute[i])
-        of_before, of_last = abs(before[i]) * scale, abs(last[i]) * scale
+        of_before, of_last = rank(before[i] * scale), rank(last[i] * scale)
         one, two = of_before if of_before > one else one, of_last if of_last > two else two
-        total += of_before + of_last  # comparisons pass over what is no number, a sum does not
-    return (one, two) if total < np.inf else (np.inf, np.inf)
+    infinite = rank(np.inf)
+    return (float_of(one), float_of(two)) if one < infinite and two < infinite else (np.inf, np.inf)
+
+
+@compiled(**LEAN)
+def largest(row, n):
+    """The largest size in a row (n,), or what is no number, as its `rank`."""
+    found = 0
+    for i in range(n):
+        size = rank(row[i])
+        found = size if size > found else found
+    return found
 
 
 @compiled(**LEAN)
