@@ -97,24 +97,24 @@ def as_solution(
 ) -> Solution:
     """The solution of this trajectory; between: gives what lies between its points."""
     failed = trajectory.failed_state
-    solution = unchecked(
-        Solution,
-        t=trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
-        states=trajectory.states.view(),
-        beside=partial(_beside, subject, problem, trajectory.t, trajectory.states),
-        quantities=subject.quantities,
-        n_states=len(subject.states),
-        n_outputs=len(subject.outputs),
-        status=trajectory.status,
-        message=_message(subject, problem, method, options, trajectory),
-        statistics=trajectory.statistics,
-        metadata=_metadata(subject, method, options),
-        failed_at=trajectory.failed_at,
-        failed_state=subject.states[failed].name if failed >= 0 else "",
-        extras=trajectory.extras,
-        headlines=subject.headlines,
-        between=between,
-    )
+    values = {
+        "t": trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
+        "states": trajectory.states.view(),
+        "beside": partial(_beside, subject, problem, trajectory.t, trajectory.states),
+        "quantities": subject.quantities,
+        "n_states": len(subject.states),
+        "n_outputs": len(subject.outputs),
+        "status": trajectory.status,
+        "message": _message(subject, problem, method, options, trajectory),
+        "statistics": trajectory.statistics,
+        "metadata": _metadata(subject, method, options),
+        "failed_at": trajectory.failed_at,
+        "failed_state": subject.states[failed].name if failed >= 0 else "",
+        "extras": trajectory.extras,
+        "headlines": subject.headlines,
+        "between": between,
+    }
+    solution = unchecked(Solution, values)
     solution.__post_init__()
     return solution
 

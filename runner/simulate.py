@@ -119,7 +119,7 @@ class Simulation:
         problem = problem.started_from(x, self._workplaces)
         trajectory = integrate(problem, self.method, self.options)
         steps, end = trajectory.statistics.steps, float(trajectory.t[-1])
-        whole = unchecked(Stretch, t0=problem.t0, x=x, steps=steps, end=end)
+        whole = unchecked(Stretch, {"t0": problem.t0, "x": x, "steps": steps, "end": end})
         between = _Between(self, trajectory.extras.get("stretches") or (whole,))
         problem = as_run(problem, trajectory)
         solution = as_solution(self.subject, problem, self.method, self.options, trajectory, between)

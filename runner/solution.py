@@ -64,7 +64,8 @@ class Solution(Columns):
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        self.t.flags.writeable = self.states.flags.writeable = False
+        self.t.setflags(write=False)
+        self.states.setflags(write=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Unpickled arrays are read-only again; what lies between is looked for when it is needed."""

@@ -153,11 +153,10 @@ def integrate_closely(
     loop = partial(_compiled_loop().of(s, space, course, log.record, watch), max(16, SLICE_WORK // n))
 
     def one_slice() -> int:
-        log.make_room(int(watch["most"]))
         return Status.FINISHED if recorder is not None and s["t"] >= recorder.until else loop()
 
     status = run_slices(
-        one_slice,
+        log.roomy(one_slice, int(watch["most"])),
         fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
         progress=options.progress,
         time_limit=options.time_limit,

@@ -1,6 +1,6 @@
 """Adaptive explicit Runge-Kutta methods: any embedded pair, any controller, any model, one compiled loop."""
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,19 +71,13 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     most_steps = max(16, SLICE_WORK // (BLOCK * int(space["blocks"]) * pair.tableau.stages))
-    go_on = loop.of(space, coefficients, control, course, log.record, watch, sides)
-    most_events = int(watch["most"])
-
-    def one_slice() -> int:
-        log.make_room(most_events)
-        return go_on(most_steps)
-
+    go_on = partial(loop.of(space, coefficients, control, course, log.record, watch, sides), most_steps)
     return Marching(
         options,
         course,
         log,
         state_of(space, space_arrays),
-        one_slice,
+        log.roomy(go_on, int(watch["most"])),
         counting(course, *COUNTS),
         restorer(
             space, course, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)

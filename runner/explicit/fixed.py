@@ -72,11 +72,10 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     go_on = loop.of(space, tableau, march, log.record, *((watch, sides) if closely else ()))
 
     def one_slice() -> int:
-        if not closely:
+        if recorder is None:
             return go_on(most_steps)
-        log.make_room(int(watch["most"]))
-        status = go_on(most_steps if recorder is None else min(most_steps, recorder.steps - int(march["steps"])))
-        return Status.FINISHED if recorder is not None and march["steps"] >= recorder.steps else status
+        status = go_on(min(most_steps, recorder.steps - int(march["steps"])))
+        return Status.FINISHED if march["steps"] >= recorder.steps else status
 
     counts = reading(march, "steps", "end_slopes")
 
@@ -89,7 +88,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         march,
         log,
         state_of(space, space_arrays),
-        one_slice,
+        log.roomy(one_slice, int(watch["most"])) if closely else one_slice,
         statistics,
         restorer(
             space, march, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)

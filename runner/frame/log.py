@@ -68,6 +68,20 @@ class Log:
         """How much is written down, and how much there is room for."""
         return Used._make(self._read())
 
+    def roomy(self, go_on: Callable[[], int], events: int = 0) -> Callable[[], int]:
+        """A slice that makes room for what the next one may write down: a step at first finds as much as it needs.
+
+        events: of a step, at most.
+        """
+
+        def one_slice() -> int:
+            status = go_on()
+            if status == Status.RUNNING:
+                self.make_room(events)
+            return status
+
+        return one_slice
+
     def make_room(self, events: int = 0) -> None:
         """Double what is half full, or too small for what a step may write down, `events` events among it."""
         self._hand_over()
@@ -130,20 +144,12 @@ class Log:
         saved = self._saved()
         t, states = self.arrays["saved_t"][:saved].copy(), self.arrays["saved_x"][:saved].copy()
         failed_at, failed_state = failure() if status in FAILURES else (np.nan, -1)
-        extras = {}
+        extras: dict[str, Any] = {}
         if events:
             t_found, event, x_found = (self.arrays[name][: self.used.found].copy() for name in EVENTS)
             extras["events"] = EventLog(t_found, event, x_found, names_of(events))
-        return unchecked(
-            Trajectory,
-            t=t,
-            states=states,
-            status=status,
-            statistics=statistics,
-            failed_at=float(failed_at),
-            failed_state=int(failed_state),
-            extras=extras,
-        )
+        how = {"failed_at": float(failed_at), "failed_state": int(failed_state), "extras": extras}
+        return unchecked(Trajectory, {"t": t, "states": states, "status": status, "statistics": statistics, **how})
 
 
 def log_for(

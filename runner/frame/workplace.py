@@ -63,7 +63,7 @@ class Marching:
             time_limit=options.time_limit,
         )
         log.save(self._now(), self.state)
-        counts = unchecked(Statistics, self.counts(), wall_time=working_time() - start)
+        counts = unchecked(Statistics, self.counts() | {"wall_time": working_time() - start})
         return log.trajectory(status, counts, self._failure, options.events), log.reusable(status)
 
     @cached_property
@@ -103,11 +103,11 @@ def counting(course: np.void, *names: str) -> Callable[[], dict[str, int]]:
 def restorer(*places: Any) -> Callable[[], None]:
     """A function that gives records and arrays back what they hold now."""
     arrays: list[Any] = [place.base if isinstance(place, np.void) else place for place in places]
-    bytes_of = [array.view(np.uint8) for array in arrays]
-    now = [each.copy() for each in bytes_of]
+    pieces = [memoryview(array.view(np.uint8).reshape(-1)) for array in arrays]
+    now = [(piece, bytes(piece)) for piece in pieces]
 
     def restore() -> None:
-        for each, then in zip(bytes_of, now, strict=True):
-            each[...] = then
+        for piece, then in now:
+            piece[:] = then
 
     return restore

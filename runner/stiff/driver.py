@@ -57,11 +57,10 @@ class StiffWorkplace:
         def one_slice() -> int:
             if s["phase"] == CORRECT and not _make_consistent(problem, options, s, rows, log):
                 return Status.NEWTON_FAILURE
-            log.make_room(self.most_events)
             return self.loop()
 
         status = run_slices(
-            one_slice,
+            log.roomy(one_slice, self.most_events),
             fraction_done=lambda: float((s["t"] - problem.t0) / (problem.t1 - problem.t0)),
             progress=options.progress,
             time_limit=options.time_limit,

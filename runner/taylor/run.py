@@ -1,6 +1,6 @@
 """A run of Taylor's method around its compiled loop."""
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,19 +70,14 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     stops = stops_to_end(problem.inputs.breakpoints, problem.t0, problem.t1)
     log = log_for(problem, stops, wanted, refine=refine, events=int(watch["most"]), recorder=recorder)
     most_steps = max(16, SLICE_WORK // (order * (order if code.sums else TERMS) * int(space["n"])))
-    go_on, most_events = loop.of(space, course, log.record, watch), int(watch["most"])
-
-    def one_slice() -> int:
-        log.make_room(most_events)
-        return go_on(most_steps)
-
+    go_on = partial(loop.of(space, course, log.record, watch), most_steps)
     memory, places = arrays["memory"], code.memory
     return Marching(
         options,
         course,
         log,
         memory[places.states : places.states + int(space["n"])],
-        one_slice,
+        log.roomy(go_on, int(watch["most"])),
         counting(course, *COUNTS),
         restorer(course, log.record, watch, arrays["reader"], memory[places.sides :][: len(code.table.sides)]),
         (space, arrays, watch_arrays),
