@@ -19,7 +19,7 @@ from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
 #: R without sums over lower orders, and with them; the lowest order. Beyond the highest one, terms of a linear model
 #: that cancel would be hundreds of times as large as their sum.
-PLAIN, RATIO, LOWEST = 0.5, 1.5, 5
+PLAIN, RATIO, LOWEST = 0.4, 1.5, 5
 
 
 def order_for(rtol: float, sums: int) -> int:
