@@ -1,4 +1,4 @@
-"""The assembly of loops over lanes."""
+"""The assembly of loops over lanes, and of others."""
 
 import llvmlite.binding
 import pytest
@@ -13,7 +13,7 @@ needs_avx = pytest.mark.skipif(not FEATURES.get("avx"), reason="this machine has
 PACKED, SCALAR = r"v(mul|fn?m\w*)pd\s.*%[yz]mm", r"v(add|mul|div|fn?m\w*)sd"
 
 
-def fresh(function, signature):
-    """A function compiled as lane loops are, past the cache, whose assembly can be read."""
-    options = {**ARITHMETIC, "pipeline_class": LaneCompiler, **LEAN}
+def fresh(function, signature, pipeline=LaneCompiler):
+    """The assembly of a function compiled as lane loops are, or by another pipeline, past the cache."""
+    options = {**ARITHMETIC, "pipeline_class": pipeline, **LEAN}
     return next(iter(njit(signature, **options)(function).inspect_asm().values()))

@@ -90,7 +90,12 @@ def _emitted(state: Any, identity: Any, result: Any, emit: Callable[..., None], 
     module = state.library.create_ir_module(description.unique_name)
     context.declare_env_global(module, context.get_env_name(description))
     function = context.declare_function(module, description)
-    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    entry, body = (function.append_basic_block(name) for name in ("entry", "body"))
+    builder = ir.IRBuilder(entry)  # of what stands on the stack alone: what is not in the first block, LLVM takes and
+    builder.branch(
+        body
+    )  # gives back in every turn of a loop that this becomes part of, which is no loop of vectors then
+    builder.position_at_end(body)
     helper = context.call_conv.init_call_helper(builder)
     given = context.call_conv.decode_arguments(builder, description.argtypes, function)
     arguments = dict(zip(identity.arg_names, zip(state.args, given, strict=True), strict=True))

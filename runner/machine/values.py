@@ -22,6 +22,8 @@ Typed = tuple[Any, Any]
 DOUBLE, WORD, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 FLOAT_ARITHMETIC: dict[type, str] = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 WHOLE_ARITHMETIC: dict[type, str] = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
+#: As numba has it: an index beside one that is not negative is none from the end then, and LLVM sees rows of vectors.
+_NO_OVERFLOW = ("nsw",)
 _OPERATORS: dict[type, Any] = {
     **{ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv},
     **{ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow},
@@ -121,7 +123,9 @@ class Values:
         """The result of an operator of Python's."""
         whole = is_whole(left[0]), is_whole(right[0])
         if all(whole) and operation in WHOLE_ARITHMETIC:
-            return types.int64, getattr(self._builder, WHOLE_ARITHMETIC[operation])(left[1], right[1])
+            return types.int64, getattr(self._builder, WHOLE_ARITHMETIC[operation])(
+                left[1], right[1], flags=_NO_OVERFLOW
+            )
         floats = left[0] == types.float64 or whole[0], right[0] == types.float64 or whole[1]
         if all(floats) and operation in FLOAT_ARITHMETIC:
             return types.float64, getattr(self._builder, FLOAT_ARITHMETIC[operation])(self.cast(left), self.cast(right))
