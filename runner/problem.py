@@ -20,7 +20,7 @@ Made = TypeVar("Made")
 
 
 def unchecked(kind: type[Made], values: dict[str, Any]) -> Made:
-    """A frozen dataclass of these values, others being plain defaults, in a tenth of the time its initializer takes.
+    """A frozen dataclass of these values, others being plain defaults, in a fraction of the time its initializer takes.
 
     For what each run makes: nothing is checked, nor done after it, and the values are kept as they are.
     """

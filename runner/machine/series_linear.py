@@ -7,8 +7,25 @@ from qddot.runner.machine.packing import Packing
 from qddot.runner.machine.recurrences import ONE, Factor, Node
 from qddot.runner.machine.vector_code import VectorCode
 
-#: A term or none of each node in a vector.
-_Row = list[tuple[Factor, str] | None]
+
+class _Row:
+    """A term or none of each node in a vector; taken: the places of those that have one, as bits; vectors: of terms."""
+
+    def __init__(self, length: int) -> None:
+        self.terms: list[tuple[Factor, str] | None] = [None] * length
+        self.taken, self.vectors = 0, set[int]()
+
+    def put(self, place: int, term: tuple[Factor, str], vector: int) -> None:
+        """Put a term of this vector at a place."""
+        self.terms[place] = term
+        self.taken |= 1 << place
+        self.vectors.add(vector)
+
+    def take_up(self, other: "_Row") -> None:
+        """Put all terms of a row that fits between."""
+        self.terms = [one or another for one, another in zip(self.terms, other.terms, strict=True)]
+        self.taken |= other.taken
+        self.vectors |= other.vectors
 
 
 class Emitter(Protocol):
@@ -34,8 +51,8 @@ def linear(emitter: Emitter, nodes: Sequence[Node], first: bool) -> Any:
     constant = [_constants(node) for node in nodes]
     total = _sum_of_rows(emitter, _transposed(constant) if first else [])
     for row in _rows(emitter.packing, nodes):
-        values = emitter.gather([term and term[1] for term in row])
-        total = emitter.scaled(values, [term and term[0] for term in row], total)
+        values = emitter.gather([term and term[1] for term in row.terms])
+        total = emitter.scaled(values, [term and term[0] for term in row.terms], total)
     return emitter.code.zero if total is None else total
 
 
@@ -52,20 +69,15 @@ def _rows(packing: Packing, nodes: Sequence[Node]) -> list[_Row]:
             vector, item = packing.home[term[1]]
             far = vector * packing.width + item - place
             met[far] = met.get(far, 0) + 1
-            found.setdefault((far, met[far]), [None] * len(nodes))[place] = term
+            found.setdefault((far, met[far]), _Row(len(nodes))).put(place, term, vector)
     rows: list[_Row] = []
-    for row in sorted(found.values(), key=lambda row: row.count(None)):
-        fitting = [each for each in rows if not any(one and other for one, other in zip(each, row, strict=True))]
+    for row in sorted(found.values(), key=lambda row: row.terms.count(None)):
+        fitting = [each for each in rows if not each.taken & row.taken]
         if fitting:
-            beside = max(fitting, key=lambda each: len(_vectors(packing, each) & _vectors(packing, row)))
-            beside[:] = [one or other for one, other in zip(beside, row, strict=True)]
+            max(fitting, key=lambda each: len(each.vectors & row.vectors)).take_up(row)
         else:
             rows.append(row)
-    return sorted(rows, key=lambda row: max(_vectors(packing, row)))
-
-
-def _vectors(packing: Packing, row: _Row) -> set[int]:
-    return {packing.home[term[1]][0] for term in row if term}
+    return sorted(rows, key=lambda row: max(row.vectors))
 
 
 def _linear_alone(emitter: Emitter, node: Node, first: bool) -> Any:
