@@ -12,7 +12,7 @@ from qddot.runner.machine.recurrences import Factor, Recurrences
 from qddot.runner.machine.series_memory import Memory
 from qddot.runner.machine.vector_code import VectorCode
 
-#: Vectors of integrals that go on in registers; half of these have as many, and the other half as many again.
+#: Vectors of states that go on in registers: of these there are 16 with AVX2, and a vector of eight doubles takes two.
 _IN_REGISTERS = 8
 
 
@@ -51,24 +51,25 @@ class Integrals:
         self._k: Any = None
 
     def carried(self) -> list[Any]:
-        """What was last made of those that go on in registers."""
+        """The next coefficients of those that go on in registers."""
         return [self._following[each.index] for each in self._carried]
 
     def begin(self, k: Any, held: Sequence[Any] = ()) -> None:
-        """Begin an order; held: its coefficients of those that were `carried`."""
+        """Begin an order; held: its coefficients of those that were `carried`, of which order 0 has none."""
         current = self._emitter.current
-        current |= {each.index: value for each, value in zip(self._carried, held, strict=False)}
+        if held:
+            current |= {each.index: value for each, value in zip(self._carried, held, strict=True)}
         for index in self._read_again:
             current.pop(index, None)
         self._k, self._following = k, {}
 
     def read(self, index: int) -> Any:
-        """A group's coefficients of this order; None where they are not known."""
+        """A group's coefficients of this order."""
         current, code, memory = self._emitter.current, self._emitter.code, self._emitter.memory
         if index not in current and index in self._read_again:
             place, stride = memory.place_of(self._emitter.packing, self._read_again[index])
             current[index] = code.load(place, self._k, stride)
-        return current.get(index)
+        return current[index]
 
     def follow(self, known: set[int] | None = None) -> None:
         """Write the next coefficients of those whose rates are known, once; known: groups, None for all.
