@@ -105,7 +105,7 @@ def numbers(what: str, values: Any, expected: str = "numbers") -> NDArray[np.flo
         array = np.asarray("")
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{what} is {shown(values)}, expected {expected}")
-    return np.array(array, dtype=np.float64)
+    return array.astype(np.float64)
 
 
 def row(what: str, values: Any, expected: str = "a row of finite numbers") -> NDArray[np.float64]:
@@ -120,10 +120,7 @@ def row(what: str, values: Any, expected: str = "a row of finite numbers") -> ND
 
 def finite_state(what: str, values: ArrayLike, names: Sequence[str], called: str = "initial") -> NDArray[np.float64]:
     """A new state x (n_states,); raises ValueError naming `what`, as it is called, and the state that is not finite."""
-    if isinstance(values, np.ndarray) and values.dtype == np.float64:  # as `numbers`, in a third of its time
-        x = np.array(values)
-    else:
-        x = numbers(f"{what}: {called}", values, f"{len(names)} numbers")
+    x = numbers(f"{what}: {called}", values, f"{len(names)} numbers")
     if x.shape != (len(names),):
         raise ValueError(f"{what}: {called} has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
     if (i := _not_finite(x)) is not None:

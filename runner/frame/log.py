@@ -68,7 +68,7 @@ class Log:
         """How much is written down, and how much there is room for."""
         return Used._make(self._read())
 
-    def roomy(self, go_on: Callable[[], int], events: int = 0) -> Callable[[], int]:
+    def roomy(self, go_on: Callable[[], int], events: int) -> Callable[[], int]:
         """A slice that makes room for what the next one may write down: a step at first finds as much as it needs.
 
         events: of a step, at most.
@@ -82,7 +82,7 @@ class Log:
 
         return one_slice
 
-    def make_room(self, events: int = 0) -> None:
+    def make_room(self, events: int) -> None:
         """Double what is half full, or too small for what a step may write down, `events` events among it."""
         self._hand_over()
         used = self.used

@@ -91,10 +91,10 @@ def _emitted(state: Any, identity: Any, result: Any, emit: Callable[..., None], 
     context.declare_env_global(module, context.get_env_name(description))
     function = context.declare_function(module, description)
     entry, body = (function.append_basic_block(name) for name in ("entry", "body"))
-    builder = ir.IRBuilder(entry)  # of what stands on the stack alone: what is not in the first block, LLVM takes and
-    builder.branch(
-        body
-    )  # gives back in every turn of a loop that this becomes part of, which is no loop of vectors then
+    # The first block is for what stands on the stack alone. What stands there elsewhere, LLVM takes and gives back in
+    # every turn of a loop that this function becomes part of, and makes no vectors of it.
+    builder = ir.IRBuilder(entry)
+    builder.branch(body)
     builder.position_at_end(body)
     helper = context.call_conv.init_call_helper(builder)
     given = context.call_conv.decode_arguments(builder, description.argtypes, function)

@@ -121,7 +121,8 @@ class Emitter:
         for group in self.packing.first if first else self.packing.later:
             if first or not is_integral(group):
                 self.current[group.index] = self._value(group, first)
-            known |= set() if group.late or group.kind == "solved" else {group.index}
+            if not (group.late or group.kind == "solved"):
+                known.add(group.index)
             self._integrals.follow(known)
         if self.unknowns:
             if first:

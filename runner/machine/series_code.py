@@ -26,7 +26,8 @@ from qddot.runner.machine.series import SUMS, Emitter
 from qddot.runner.machine.series_memory import Memory, memory_for
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
-#: Vectors of states that a polynomial is summed for at once, and sums over lower orders that stay in registers.
+#: Vectors of states that a polynomial is summed for at once, two registers each with AVX2, and sums over lower orders
+#: that stay in registers.
 _SUMS, _AT_ONCE = 7, 14
 #: Doubles of a vector, and the fewest sums over lower orders for which vectors are as wide: with fewer of them, putting
 #: nodes side by side costs more than it saves. So many other nodes save as much as a sum.

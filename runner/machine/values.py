@@ -123,9 +123,8 @@ class Values:
         """The result of an operator of Python's."""
         whole = is_whole(left[0]), is_whole(right[0])
         if all(whole) and operation in WHOLE_ARITHMETIC:
-            return types.int64, getattr(self._builder, WHOLE_ARITHMETIC[operation])(
-                left[1], right[1], flags=_NO_OVERFLOW
-            )
+            emit = getattr(self._builder, WHOLE_ARITHMETIC[operation])
+            return types.int64, emit(left[1], right[1], flags=_NO_OVERFLOW)
         floats = left[0] == types.float64 or whole[0], right[0] == types.float64 or whole[1]
         if all(floats) and operation in FLOAT_ARITHMETIC:
             return types.float64, getattr(self._builder, FLOAT_ARITHMETIC[operation])(self.cast(left), self.cast(right))
