@@ -25,8 +25,9 @@ Values = Mapping[str, float] | ArrayLike
 MOST_ITERATIONS, MOST_HALVINGS = 100, 40
 #: Singular value relative to the largest below which a direction is none.
 SINGULAR = 1e-10
-#: What a residual may be relative to the size of its terms where all that it depends on is given; what rounding leaves.
-GIVEN, FOUND = 1e-6, 1e-11
+#: What a residual may be relative to the size of its terms where all that it depends on is given; what rounding leaves;
+#: and what leaves nothing to be found.
+GIVEN, FOUND, NOTHING = 1e-6, 1e-11, 1e-14
 #: Part of the largest residual from which on others are named.
 NAMED = 0.1
 
@@ -68,6 +69,8 @@ def assembled(
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
     search = _Search(Manifold(model, c, t0, u), held)
+    if held.all() and search.fulfilled(x):
+        return x
     x = search.velocities(search.positions(x))
     everything = _Search(search.manifold, np.zeros(len(x), dtype=bool))  # for what rounding of the given ones left
     return everything.velocities(everything.positions(x)) if held.any() else x
@@ -105,6 +108,14 @@ class _Search:
         """How many coordinates there are."""
         return self.manifold.model.tables.coordinates
 
+    def fulfilled(self, x: Vector) -> bool:
+        """Whether a state is on the constraints, positions and velocities."""
+        n, point = self.coordinates, self.manifold.at(x)
+        count, sizes = len(point.positions), np.abs(point.G)
+        on_positions = np.abs(point.positions) <= NOTHING * _terms(sizes[:count], x[:n])
+        on_velocities = np.abs(point.velocities) <= NOTHING * _terms(sizes, x[n : 2 * n])
+        return bool(on_positions.all() and on_velocities.all())
+
     def positions(self, x: Vector) -> Vector:
         """The state with its coordinates on the constraints."""
         n = self.coordinates
@@ -112,12 +123,12 @@ class _Search:
         count = self.manifold.n_positions
         point = self.manifold.at(x)
         for _ in range(MOST_ITERATIONS):
-            scale = _sizes(point.G[:count], point.M)
+            scale = _sizes(point.G[:count], point.masses)
             r = point.positions / scale
             if not np.isfinite(r).all() or not r.any():
                 break
             step = np.zeros(n)
-            step[free] = _shortest(point.G[:count][:, free] / scale[:, None], -r, np.diag(point.M)[free])
+            step[free] = _shortest(point.G[:count][:, free] / scale[:, None], -r, point.masses[free])
             found = self._shortened(x, step, scale, float(np.linalg.norm(r)))
             if found is None:
                 break
@@ -142,9 +153,9 @@ class _Search:
         free, x = n + np.flatnonzero(~self.held[n : 2 * n]), x.copy()
         for _ in range(2):  # once more for what rounding left
             point = self.manifold.at(x)
-            scale = _sizes(point.G, point.M)
-            rows, masses = point.G[:, free - n] / scale[:, None], np.diag(point.M)[free - n]
-            x[free] += _shortest(rows, -point.velocities / scale, masses)
+            scale = _sizes(point.G, point.masses)
+            rows = point.G[:, free - n] / scale[:, None]
+            x[free] += _shortest(rows, -point.velocities / scale, point.masses[free - n])
         point = self.manifold.at(x)
         self._check(x, point.velocities, point.G, x[n : 2 * n], "velocity")
         return x
@@ -152,7 +163,7 @@ class _Search:
     def _check(self, x: Vector, residuals: Vector, G: Vector, values: Vector, what: str) -> None:
         """AssemblyError where residuals are more than rounding may leave of their terms, or of states of order 1."""
         constraints, names = self.manifold.constraints, self.manifold.model.state_names
-        terms = np.abs(G) @ (np.abs(values) + 1.0)
+        terms = _terms(np.abs(G), values)
         some_free = np.array([(~self._held_of(what) & (row != 0)).any() for row in G], dtype=bool)
         allowed = np.where(some_free, FOUND, GIVEN) * terms
         share = np.abs(residuals) / np.where(allowed > 0, allowed, FOUND)
@@ -179,9 +190,14 @@ class _Search:
         return self.held[:n] if what == "position" else self.held[n : 2 * n]
 
 
-def _sizes(G: Vector, M: Vector) -> Vector:
+def _terms(sizes: Vector, values: Vector) -> Vector:
+    """How large the terms are that a residual is the sum of, the states being of order 1; sizes: those of G."""
+    found: Vector = sizes @ (np.abs(values) + 1.0)
+    return found
+
+
+def _sizes(G: Vector, masses: Vector) -> Vector:
     """The size of each row of G in the metric of the masses, 1 where it vanishes."""
-    masses = np.diag(M)
     weights = np.where(masses > 0, masses, masses.max(initial=0.0) or 1.0)
     sizes: Vector = np.sqrt((G**2 / weights).sum(axis=1))
     return np.where(sizes > 0, sizes, 1.0)

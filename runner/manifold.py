@@ -18,9 +18,12 @@ DEPENDENT = 1e-9
 
 @dataclass(frozen=True)
 class Point:
-    """The constraints at a state: M (n, n), G (m, n), residuals of positions (n_positions,) and of velocities (m,)."""
+    """The constraints at a state: G (m, n), residuals of positions (n_positions,) and of velocities (m,).
 
-    M: Vector
+    masses (n,): the diagonal of the mass matrix.
+    """
+
+    masses: Vector
     G: Vector
     positions: Vector
     velocities: Vector
@@ -49,8 +52,7 @@ class Manifold:
         """What they say of a state x (n_states,)."""
         n = self.model.tables.coordinates
         whole = self.model.matrix("constraints")(self.t, x, self.u, self.c)
-        M = whole[:n, :n] + np.tril(whole[:n, :n], -1).T
-        return Point(M, whole[n:, :n], whole[n : n + self.n_positions, n], whole[n:, n + 1])
+        return Point(whole[:n].diagonal(), whole[n:, :n], whole[n : n + self.n_positions, n], whole[n:, n + 1])
 
     def tangent(self, x: Vector) -> Vector:
         """Columns (n_states, k), orthonormal, of the directions in which a state on the constraints may change."""

@@ -50,6 +50,15 @@ def test_a_whole_state_is_rounded_onto_the_constraints(made):
     assert residuals(model, x) < 1e-15 and np.allclose(x[:3], [0.4949747, 0.0, -0.4949747], atol=1e-7)
 
 
+def test_a_whole_state_on_the_constraints_is_taken_as_it_is(four_bar):
+    """To rounding: nothing is sought where there is nothing to be found, and no bit changes."""
+    x = qddot.assemble(four_bar, {"theta_1": 0.4, "thetadot_1": 3.0}, guess={"theta_2": 0.6, "theta_3": 1.5})
+    for state in (x, np.nextafter(x, 10.0)):
+        assert np.array_equal(qddot.assemble(four_bar, state), state)
+    moved = x + 1e-9
+    assert 0 < np.abs(qddot.assemble(four_bar, moved) - moved).max() < 1e-8
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
