@@ -63,8 +63,8 @@ def groups(quick: bool) -> Iterator[Table]:
 def compared(case: Case, wanted: float, repeats: int, others: Mapping[str, Preparation] = PEERS) -> list[Timing]:
     """Our methods and the others over the first run of a case."""
     tables = case.model.tables
-    able = {"exact": tables.linear and case.n <= LARGEST_EXACT, "taylor": not tables.constraints}
-    methods = [name for name in METHODS if able.get(name, True)]
+    exact = tables.linear and case.n <= LARGEST_EXACT
+    methods = [name for name in METHODS if exact or name != "exact"]
     contenders: dict[str, Preparation] = {f"qddot {name}": partial(ours.one, method=name) for name in methods}
     peers = {**others, **(ALGEBRAIC if tables.constraints else {})}
     return at_equal_error(contenders | peers, case, wanted, repeats)

@@ -4,7 +4,7 @@ function of the runner solves for accelerations and multipliers, which the rest 
 import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -29,7 +29,7 @@ STAGES = {**dict.fromkeys(SYSTEM, 0), **dict.fromkeys(COLUMNS, 1)}
 REPORTING = ("outputs", "scene")
 #: Functions that a kernel calls, by the file of `runner/machine` that they are from.
 _RUNTIME = {
-    "constrained": frozenset(("equations", "blank", "outcome", "accelerations", "derivatives", "report")),
+    "constrained": frozenset(("equations", "blank", "outcome", "accelerations", "derivatives", "report", "solved")),
     "coupled": frozenset(("coupled", "blank", "decoupled", "slopes")),
 }
 
@@ -100,9 +100,15 @@ class ConstrainedDrafts:
         """The derivatives of qdot."""
         return matrix_writes({(k, self._n + k): se.Integer(1) for k in range(self._n)})
 
-    def balance(self) -> Draft | None:
-        """As that of `Drafts`; nothing where there are constraints."""
-        return None if self._equations.constraints else balance(self._equations)
+    def balance(self) -> Draft:
+        """As that of `Drafts`, with G, gamma and the residuals of positions; see `recurrences`."""
+        constraints, draft = self._equations.constraints, balance(self._equations)
+        held = (
+            *matrix_writes(constraints.matrix, "constraint"),
+            *vector_writes("drift", constraints.drifts),
+            *vector_writes("residual", constraints.residuals),
+        )
+        return replace(draft, writes=(*draft.writes, *held))
 
     @property
     def linear(self) -> bool:
@@ -220,7 +226,9 @@ def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
             last.append(f"slopes(mass_matrix, factors, forces, values, {first})")
         return Calls(tuple(made), ("decoupled(mass_matrix, factors, right_side)",), tuple(last))
     arrays = "mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace"
-    made, solved, last = [f"{arrays} = equations({n}, {m})"], [f"accelerations({arrays})"], []
+    factors = bool(columns) or (kernel in REPORTING and reports)
+    solve = f"accelerations({arrays})" if factors else f"solved({n}, {m}, {arrays})"
+    made, solved, last = [f"{arrays} = equations({n}, {m})"], [solve], []
     if columns:
         made += [f"forces = blank({n}, {columns})", f"drifts = blank({m}, {columns})"]
         last.append(f"derivatives(constraint_matrix, workspace, forces, drifts, values, {first})")
@@ -233,7 +241,8 @@ def calls(kernel: str, n: int, m: int, columns: int, *, reports: bool) -> Calls:
 @cache
 def solving_names() -> frozenset[str]:
     """Names that a kernel which solves uses beside a model's symbols."""
-    found = (calls(kernel, 1, m, 1, reports=True) for kernel in ("jacobian", "outputs") for m in (0, 1))
+    asked = (("rhs", 0), ("jacobian", 1), ("outputs", 1))
+    found = (calls(kernel, 1, m, columns, reports=True) for kernel, columns in asked for m in (0, 1))
     lines = [line for each in found for line in (*each.made, *each.solved, *each.last)]
     return frozenset(node.id for line in lines for node in ast.walk(ast.parse(line)) if isinstance(node, ast.Name))
 

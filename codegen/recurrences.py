@@ -11,7 +11,9 @@ the k-th ones of its operands (see docs/taylor.md). A row is a text, `name rule 
     integral    factor rate rule operands     its rate of change is factor * rate; it starts as the rule says
     lagging     m a                           m * a without m_0 a_k, a being an acceleration
     rate        g v a                         d(g v)/dt, with a = dv/dt; g is an integral
-    solved      right factor node a ...       row of M a = right: which acceleration stands beside which entry of M
+    solved      right factor node a ...       row of M a = right: which acceleration stands beside which entry of M,
+                                              and which multiplier beside which entry of G'
+    held        drift residual factor node a ...  row of G a = drift; it gives the multiplier
     side        d                             1 where d is below zero, 0 elsewhere, during a step
     where       side a b                      a where side is 1, b where it is 0
 
@@ -43,8 +45,9 @@ class NoRecurrenceError(Exception):
 class Recurrences:
     """The rows of a table, as they are asked for.
 
-    constants: symbols that do not change during a run. rates: base symbol -> the symbol of its rate of change, 1 for
-    time; where an argument is linear in these, a sine is the integral of its rate.
+    sums: of each linear node the form; slopes: of each sine or its kin that is an integral the rate, a product of
+    another of these and a speed. constants: symbols that do not change during a run. rates: base symbol -> the symbol
+    of its rate of change, 1 for time; where an argument is linear in these, a sine is the integral of its rate.
     """
 
     def __init__(self, constants: Iterable[Any], rates: Mapping[Any, Any], names: Names) -> None:
@@ -54,7 +57,8 @@ class Recurrences:
         self._names = names
         self._known: dict[tuple[str, ...], str] = {}
         self._forms: dict[Any, Form] = {}
-        self._sums: dict[str, Form] = {}
+        self.sums: dict[str, Form] = {}
+        self.slopes: dict[str, Form] = {}
         self._text = Printer({})  # what it writes is the same in every process: SymEngine's own order is not
 
     def fresh(self, wish: str) -> str:
@@ -88,7 +92,7 @@ class Recurrences:
                 return node
         terms = [part for (node, names), number in form.items() for part in (factor_text(number, names), node)]
         found = self.row("linear", *(terms or ("0", ONE)), name=name)
-        self._sums[found] = form
+        self.sums[found] = form
         return found
 
     def form(self, expression: Any, name: str = "") -> Form:
@@ -116,12 +120,12 @@ class Recurrences:
         for one, other in ((left, right), (right, left)):
             if all(node == ONE for node, _ in one):
                 return added(scaled(other, number, names) for (_, names), number in one.items())
-        (a, number, names), (b, other_number, other_names) = self._alone(left), self._alone(right)
+        (a, number, names), (b, other_number, other_names) = self.single(left), self.single(right)
         factor = tuple(sorted(names + other_names)), number * other_number
         product = self.row("product", *sorted((a, b)), name=name if factor == ((), 1.0) else "")
         return {(product, factor[0]): factor[1]}
 
-    def _alone(self, form: Form) -> tuple[str, float, tuple[str, ...]]:
+    def single(self, form: Form) -> tuple[str, float, tuple[str, ...]]:
         """A form as one node with a factor."""
         if len(form) == 1:
             (((node, names), number),) = form.items()
@@ -146,7 +150,7 @@ class Recurrences:
         divisor = alone(ONE)
         for each in below:
             divisor = self.multiply(divisor, each)
-        numerator, number, names = self._alone(form)
+        numerator, number, names = self.single(form)
         name = "" if names or number != 1.0 else name
         return {(self.row("quotient", numerator, self.linear(divisor), name=name), names): number}
 
@@ -198,7 +202,7 @@ class Recurrences:
         self._known[kind, x] = found
         self.rows[found] = (kind, x)  # its place is before what its slope is made of
         slope = _SLOPES[kind](self._symbol(x), self._symbol(found))
-        self.rows[found] = (kind, x, *self._factor(slope))
+        self.rows[found] = (kind, x, *self.factor_and_node(self.form(slope)))
         return found
 
     def _symbol(self, node: str) -> Any:
@@ -207,8 +211,9 @@ class Recurrences:
         self._forms[symbol] = alone(node)
         return symbol
 
-    def _factor(self, expression: Any) -> tuple[str, str]:
-        node, number, names = self._alone(self.form(expression))
+    def factor_and_node(self, form: Form) -> tuple[str, str]:
+        """A form as the text of a factor, and a node."""
+        node, number, names = self.single(form)
         return factor_text(number, names), node
 
     def _pair(self, kind: str, x: str, argument: Any, name: str) -> str:
@@ -223,9 +228,10 @@ class Recurrences:
         rate = self._rate(self.form(argument))
         if rate is not None:
             for each, other, factor in slopes:
-                node, number, constants = self._alone(self.multiply(rate, alone(names[other])))
-                signed = factor_text(number * float(factor), constants)
-                self.rows[names[each]] = ("integral", signed, node, each, x)
+                slope = scaled(self.multiply(rate, alone(names[other])), float(factor), ())
+                node, number, constants = self.single(slope)
+                self.rows[names[each]] = ("integral", factor_text(number, constants), node, each, x)
+                self.slopes[names[each]] = slope
         return self._known[kind, x]
 
     def _rate(self, argument: Form) -> Form | None:
@@ -236,11 +242,17 @@ class Recurrences:
                 continue
             symbol = named(node)
             known = self.form(self._rates[symbol]) if symbol in self._rates else None
-            rate = self._rate(self._sums[node]) if node in self._sums else known
+            rate = self._rate(self.sums[node]) if node in self.sums else known
             if rate is None:
                 return None
             parts.append(scaled(rate, number, names))
         return added(parts)
+
+    def rate_of_product(self, node: str, g: str, v: str, a: str) -> str:
+        """The rate of the product g v, with a = dv/dt; the product becomes the integral of it. g: an integral."""
+        rate = self.row("rate", g, v, a, wish=f"rate_{node}")
+        self.rows[node] = ("integral", "1", rate, "product", *sorted((g, v)))
+        return rate
 
     def needed(self, names: Iterable[str]) -> dict[str, tuple[str, ...]]:
         """The rows that the nodes of these names are made of."""
@@ -255,7 +267,7 @@ class Recurrences:
 
     def _angle(self, y: Any, x: Any, name: str) -> str:
         """Give atan2(y, x), of slopes x/r^2 and -y/r^2."""
-        parts = [self._factor(part / (x**2 + y**2)) for part in (x, -y)]
+        parts = [self.factor_and_node(self.form(part / (x**2 + y**2))) for part in (x, -y)]
         operands = [self.node(y), self.node(x), *(text for part in parts for text in part)]
         return self.row("atan2", *operands, name=name)
 

@@ -8,8 +8,9 @@ import symengine as se
 from qddot.codegen.kernel import Kernel
 from qddot.codegen.lagrange import Equations
 from qddot.codegen.ranges import compressed
-from qddot.codegen.recurrences import ONE, Form, NoRecurrenceError, Recurrences, added, alone, factor_text, scaled
+from qddot.codegen.recurrences import ONE, Form, NoRecurrenceError, Recurrences, added, alone, scaled
 from qddot.codegen.recurrences_cells import Cells, with_rates
+from qddot.codegen.recurrences_solved import lagging, solve, written
 from qddot.codegen.rewrite import Names
 
 
@@ -20,11 +21,9 @@ def recurrences(
 
     kernels: `rhs`, and `balance` where the mass matrix moves.
     """
-    if equations.constraints:
-        return (), "motion under constraints"
     kernel = _free(kernels.get("balance", kernels["rhs"]), equations)
     standing = (*kernel.kept, *(each for loop in kernel.loops for each in loop.symbols))
-    taken = (*equations.state, *equations.accelerations, *equations.channels)
+    taken = (*equations.state, *equations.accelerations, *equations.constraints.multipliers, *equations.channels)
     names = Names(map(str, (*taken, equations.time, *constants, *(s for s, _ in kernel.temporaries), *standing)))
     rates = dict(zip(equations.coordinates, equations.velocities, strict=True))
     kernel, of_cells = with_rates(kernel, rates, names)
@@ -67,8 +66,8 @@ def _motion(
     count = len(equations.coordinates)
     speeds = [alone(str(v)) for v in equations.velocities]
     if any(argument == "force" for argument, _ in writes):
-        solve = _from_squares if any(argument == "weight" for argument, _ in writes) else _from_matrix
-        solve(equations, table, writes)
+        move = _from_squares if any(argument == "weight" for argument, _ in writes) else _from_matrix
+        move(equations, table, writes)
         rates = [alone(str(a)) for a in equations.accelerations]
         rates += [writes["rate", (k,)] for k in range(len(equations.states))]
     else:
@@ -79,51 +78,24 @@ def _motion(
     return rows
 
 
-def _solved(
-    equations: Equations, table: Recurrences, entries: Mapping[tuple[int, int], Form], forces: list[Form]
-) -> None:
-    """The rows of M a = f, f without what holds a_k; the lower half of M is given."""
-    accelerations = [str(a) for a in equations.accelerations]
-    nodes = {place: _with_factor(table, form) for place, form in entries.items() if form}
-    for i, force in enumerate(forces):
-        row = [(nodes[max(i, j), min(i, j)], a) for j, a in enumerate(accelerations) if (max(i, j), min(i, j)) in nodes]
-        known = {key: number for key, number in force.items() if key[0] not in accelerations}
-        right = table.linear(known, table.fresh(f"force_{i + 1}"))
-        table.rows[accelerations[i]] = ("solved", right, *(text for (f, node), a in row for text in (f, node, a)))
-
-
-def _with_factor(table: Recurrences, form: Form) -> tuple[str, str]:
-    """A form as a factor and one node."""
-    if len(form) > 1:
-        return "1", table.linear(form)
-    (((node, names), number),) = form.items()
-    return factor_text(number, names), node
-
-
 def _from_matrix(equations: Equations, table: Recurrences, writes: Mapping[Any, Form]) -> None:
     """M_0 a_k = f_k - sum of M_{k-j} a_j, j < k."""
     count = len(equations.coordinates)
-    entries = {index: form for (argument, index), form in writes.items() if argument == "matrix"}
+    entries = dict(written(writes, "matrix"))
     forces = []
     for i in range(count):
         terms = [writes["force", (i,)]]
         for j, a in enumerate(equations.accelerations):
-            entry = entries.get((max(i, j), min(i, j)), {})
-            moving = {key: number for key, number in entry.items() if key[0] != ONE}
-            if moving:
-                ((node, names), number), *others = moving.items()
-                if others:
-                    (node, names), number = (table.linear(moving), ()), 1.0
-                terms.append({(table.row("lagging", node, str(a)), names): -number})
+            terms.append(lagging(table, entries.get((max(i, j), min(i, j)), {}), str(a)))
         forces.append(added(terms))
-    _solved(equations, table, entries, forces)
+    solve(equations, table, entries, forces, writes)
 
 
 def _from_squares(equations: Equations, table: Recurrences, writes: Mapping[Any, Form]) -> None:
     """Sum m J_i dw/dt = Q_i; what holds a_k in dw/dt is left out of f and makes up M_0."""
     places = sorted(index for argument, index in writes if argument == "turning")
     turning = [writes["turning", place] for place in places]
-    weights = {index: form for (argument, index), form in writes.items() if argument == "weight"}
+    weights = dict(written(writes, "weight"))
     rates = [_rate_of_product(equations, table, i, g) for (_, i), g in zip(places, turning, strict=True)]
     entries: dict[tuple[int, int], Form] = {}
     forces = [writes["force", (i,)] for i in range(len(equations.coordinates))]
@@ -137,7 +109,7 @@ def _from_squares(equations: Equations, table: Recurrences, writes: Mapping[Any,
                     product = table.multiply(table.multiply(turning[a], turning[b]), weight)
                     entries[i, j] = added([entries.get((i, j), {}), product])
         forces[i] = added([forces[i], scaled(table.multiply(turning[a], added(found)), -1.0, ())])
-    _solved(equations, table, entries, forces)
+    solve(equations, table, entries, forces, writes)
 
 
 def _rate_of_product(equations: Equations, table: Recurrences, i: int, g: Form) -> Form:
@@ -148,6 +120,4 @@ def _rate_of_product(equations: Equations, table: Recurrences, i: int, g: Form) 
     product = table.multiply(g, alone(v))
     (((node, names), number),) = product.items()
     (((turning, _), _),) = g.items()
-    rate = table.row("rate", turning, v, a, wish=f"rate_{node}")
-    table.rows[node] = ("integral", "1", rate, "product", *sorted((turning, v)))
-    return {(rate, names): number}
+    return {(table.rate_of_product(node, turning, v, a), names): number}

@@ -7,7 +7,7 @@ import math
 
 from numba import njit
 
-from qddot.runner.machine.constrained import accelerations, blank, derivatives, equations, outcome, report
+from qddot.runner.machine.constrained import accelerations, blank, derivatives, equations, outcome, report, solved
 
 NAME = "four_bar"
 TITLE = "Four-bar linkage, closed by two constraints"
@@ -84,12 +84,17 @@ PARAMETER_SETS = {}
 
 # what follows the parameters in `constants`
 CONSTANT = (
-    "l_2_times_m_2",
-    "constant_{1..2}",
+    "constant_{1..6}",
     "half_l_1_times_l_2_times_m_2",
     "third_l_{2..3}_squared_times_m_{2..3}",
     "half_l_2_times_m_2",
     "half_g_times_m_3",
+    "l_1_squared",
+    "l_1_times_l_2_times_m_2",
+    "l_3_squared_times_m_3",
+    "g_times_half_l_2_times_m_2",
+    "half_l_1_times_l_2_times_m_2_2",
+    "quarter_l_{2..3}_squared_times_m_{2..3}",
 )
 
 # where the values of a matrix stand: the columns of each row
@@ -99,8 +104,77 @@ MASS = ((0,), (0, 1), (2,))
 CONSTRAINTS = ((0,), (0, 1), (2,), (0, 1, 2, 3, 4), (0, 1, 2, 3, 4))
 TANGENT = ((0, 1, 2), (0, 1, 2), (0, 1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5))
 
-# a function that no Taylor series is made of
-WITHOUT_RECURRENCE = "motion under constraints"
+# the Taylor series of a solution: name, rule, operands
+RECURRENCE = """
+theta_1 integral 1 thetadot_1
+theta_2 integral 1 thetadot_2
+theta_3 integral 1 thetadot_3
+thetadot_1 integral 1 thetaddot_1
+thetadot_2 integral 1 thetaddot_2
+thetadot_3 integral 1 thetaddot_3
+sin_theta_1_2 integral 1 node_1 sin theta_1
+cos_theta_1 integral -1 node_2 cos theta_1
+node_1 integral 1 rate_node_1 product cos_theta_1 thetadot_1
+node_2 integral 1 rate_node_2 product sin_theta_1_2 thetadot_1
+sin_theta_2_2 integral 1 node_3 sin theta_2
+cos_theta_2 integral -1 node_4 cos theta_2
+node_3 integral 1 rate_node_3 product cos_theta_2 thetadot_2
+node_4 integral 1 rate_node_4 product sin_theta_2_2 thetadot_2
+sin_theta_3_2 integral 1 node_5 sin theta_3
+cos_theta_3 integral -1 node_6 cos theta_3
+node_5 integral 1 rate_node_5 product cos_theta_3 thetadot_3
+node_6 integral 1 rate_node_6 product sin_theta_3_2 thetadot_3
+rate_node_1 rate cos_theta_1 thetadot_1 thetaddot_1
+rate_node_2 rate sin_theta_1_2 thetadot_1 thetaddot_1
+rate_node_3 rate cos_theta_2 thetadot_2 thetaddot_2
+rate_node_4 rate sin_theta_2_2 thetadot_2 thetaddot_2
+rate_node_5 rate cos_theta_3 thetadot_3 thetaddot_3
+rate_node_6 rate sin_theta_3_2 thetadot_3 thetaddot_3
+node_13 product cos_theta_1 cos_theta_1
+node_14 linear constant_3 rate_node_1 half_l_1_times_l_2_times_m_2_2 rate_node_3
+node_15 product cos_theta_1 node_14
+node_16 product sin_theta_1_2 sin_theta_1_2
+node_17 linear constant_3 rate_node_2 half_l_1_times_l_2_times_m_2_2 rate_node_4
+node_18 product node_17 sin_theta_1_2
+node_19 product cos_theta_1 cos_theta_2
+node_20 product cos_theta_2 cos_theta_2
+node_21 linear half_l_1_times_l_2_times_m_2_2 rate_node_1 quarter_l_2_squared_times_m_2 rate_node_3
+node_22 product cos_theta_2 node_21
+node_23 product sin_theta_1_2 sin_theta_2_2
+node_24 product sin_theta_2_2 sin_theta_2_2
+node_25 linear half_l_1_times_l_2_times_m_2_2 rate_node_2 quarter_l_2_squared_times_m_2 rate_node_4
+node_26 product node_25 sin_theta_2_2
+node_27 product cos_theta_3 cos_theta_3
+node_28 product cos_theta_3 rate_node_5
+node_29 product sin_theta_3_2 sin_theta_3_2
+node_30 product rate_node_6 sin_theta_3_2
+node_31 linear constant_4 1 constant_3 node_13 constant_3 node_16
+node_32 linear half_l_1_times_l_2_times_m_2_2 node_19 half_l_1_times_l_2_times_m_2_2 node_23
+node_33 linear quarter_l_2_squared_times_m_2 node_20 quarter_l_2_squared_times_m_2 node_24 constant_5 1
+node_34 linear constant_6 1 quarter_l_3_squared_times_m_3 node_27 quarter_l_3_squared_times_m_3 node_29
+node_35 lagging sin_theta_1_2 lam_x
+node_36 lagging cos_theta_1 lam_y
+node_37 lagging sin_theta_2_2 lam_x
+node_38 lagging cos_theta_2 lam_y
+node_39 lagging sin_theta_3_2 lam_x
+node_40 lagging cos_theta_3 lam_y
+force_1 linear -c thetadot_1 -constant_2*l_1 cos_theta_1 1 M_1 -1 node_15 -1 node_18 l_1 node_35 -l_1 node_36
+thetaddot_1 solved force_1 1 node_31 thetaddot_1 1 node_32 thetaddot_2 -l_1 sin_theta_1_2 lam_x l_1 cos_theta_1
+    lam_y
+force_2 linear -g_times_half_l_2_times_m_2 cos_theta_2 -1 node_22 -1 node_26 l_2 node_37 -l_2 node_38
+thetaddot_2 solved force_2 1 node_32 thetaddot_1 1 node_33 thetaddot_2 -l_2 sin_theta_2_2 lam_x l_2 cos_theta_2
+    lam_y
+force_3 linear -half_g_times_m_3*l_3 cos_theta_3 -quarter_l_3_squared_times_m_3 node_28
+    -quarter_l_3_squared_times_m_3 node_30 -l_3 node_39 l_3 node_40
+thetaddot_3 solved force_3 1 node_34 thetaddot_3 l_3 sin_theta_3_2 lam_x -l_3 cos_theta_3 lam_y
+drift_1 linear -l_3 rate_node_6 l_1 rate_node_2 l_2 rate_node_4
+node_41 linear -d 1 -l_3 cos_theta_3 l_1 cos_theta_1 l_2 cos_theta_2
+lam_x held drift_1 node_41 -l_1 sin_theta_1_2 thetaddot_1 -l_2 sin_theta_2_2 thetaddot_2 l_3 sin_theta_3_2
+    thetaddot_3
+drift_2 linear l_3 rate_node_5 -l_1 rate_node_1 -l_2 rate_node_3
+node_42 linear -l_3 sin_theta_3_2 l_1 sin_theta_1_2 l_2 sin_theta_2_2
+lam_y held drift_2 node_42 l_1 cos_theta_1 thetaddot_1 l_2 cos_theta_2 thetaddot_2 -l_3 cos_theta_3 thetaddot_3
+"""
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -121,15 +195,37 @@ def constants(parameters, constants):
     constant_2 = g * (0.5 * m_1 + m_2)
     half_l_2_times_m_2 = 0.5 * l_2_times_m_2
     half_g_times_m_3 = 0.5 * g * m_3
+    l_1_squared = l_1 * l_1
+    constant_3 = l_1_squared * (0.25 * m_1 + m_2)
+    l_1_times_l_2_times_m_2 = l_1 * l_2_times_m_2
+    l_2_squared_times_m_2 = m_2 * l_2 * l_2
+    l_3_squared_times_m_3 = m_3 * l_3 * l_3
+    g_times_half_l_2_times_m_2 = g * half_l_2_times_m_2
+    constant_4 = 0.08333333333333333 * m_1 * l_1_squared
+    half_l_1_times_l_2_times_m_2_2 = 0.5 * l_1_times_l_2_times_m_2
+    quarter_l_2_squared_times_m_2 = 0.25 * l_2_squared_times_m_2
+    constant_5 = 0.08333333333333333 * l_2_squared_times_m_2
+    constant_6 = 0.08333333333333333 * l_3_squared_times_m_3
+    quarter_l_3_squared_times_m_3 = 0.25 * l_3_squared_times_m_3
 
-    constants[9] = l_2_times_m_2
-    constants[10] = constant_1
-    constants[11] = constant_2
-    constants[12] = half_l_1_times_l_2_times_m_2
-    constants[13] = third_l_2_squared_times_m_2
-    constants[14] = third_l_3_squared_times_m_3
-    constants[15] = half_l_2_times_m_2
-    constants[16] = half_g_times_m_3
+    constants[9] = constant_1
+    constants[10] = constant_2
+    constants[11] = constant_3
+    constants[12] = constant_4
+    constants[13] = constant_5
+    constants[14] = constant_6
+    constants[15] = half_l_1_times_l_2_times_m_2
+    constants[16] = third_l_2_squared_times_m_2
+    constants[17] = third_l_3_squared_times_m_3
+    constants[18] = half_l_2_times_m_2
+    constants[19] = half_g_times_m_3
+    constants[20] = l_1_squared
+    constants[21] = l_1_times_l_2_times_m_2
+    constants[22] = l_3_squared_times_m_3
+    constants[23] = g_times_half_l_2_times_m_2
+    constants[24] = half_l_1_times_l_2_times_m_2_2
+    constants[25] = quarter_l_2_squared_times_m_2
+    constants[26] = quarter_l_3_squared_times_m_3
 
 
 @njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
@@ -142,11 +238,11 @@ def rhs(t, state, inputs, constants, derivative):
     d = constants[3]
     c = constants[7]
     g = constants[8]
-    constant_1, constant_2 = constants[10], constants[11]
-    half_l_1_times_l_2_times_m_2 = constants[12]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
-    half_g_times_m_3 = constants[16]
+    constant_1, constant_2 = constants[9], constants[10]
+    half_l_1_times_l_2_times_m_2 = constants[15]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    half_l_2_times_m_2 = constants[18]
+    half_g_times_m_3 = constants[19]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -188,7 +284,7 @@ def rhs(t, state, inputs, constants, derivative):
     coordinates[1] = theta_2
     coordinates[2] = theta_3
 
-    accelerations(mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
+    solved(3, 2, mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace)
 
     thetaddot_1 = right_side[0]
     thetaddot_2 = right_side[1]
@@ -213,56 +309,57 @@ def jacobian(t, state, inputs, constants, values):
     m_1, m_2, m_3 = constants[4], constants[5], constants[6]
     c = constants[7]
     g = constants[8]
-    l_2_times_m_2 = constants[9]
-    constant_1, constant_2 = constants[10], constants[11]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
+    constant_2 = constants[10]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    half_l_2_times_m_2 = constants[18]
+    l_1_squared = constants[20]
+    l_1_times_l_2_times_m_2 = constants[21]
+    half_l_1_times_l_2_times_m_2_2 = constants[24]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
     cos_theta_2 = math.cos(theta_2)
     cos_theta_1 = math.cos(theta_1)
     tmp_1 = sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2
-    tmp_2 = l_2_times_m_2 * l_1
-    tmp_3 = l_1 * sin_theta_1
-    tmp_4 = l_2 * sin_theta_2
+    tmp_2 = l_1 * sin_theta_1
+    tmp_3 = l_2 * sin_theta_2
     sin_theta_3 = math.sin(theta_3)
-    tmp_5 = l_3 * sin_theta_3
-    tmp_6 = l_1 * cos_theta_1
-    tmp_7 = l_2 * cos_theta_2
+    tmp_4 = l_3 * sin_theta_3
+    tmp_5 = l_1 * cos_theta_1
+    tmp_6 = l_2 * cos_theta_2
     cos_theta_3 = math.cos(theta_3)
-    tmp_8 = l_3 * cos_theta_3
-    tmp_9 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
+    tmp_7 = l_3 * cos_theta_3
+    tmp_8 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
     thetadot_2_squared = thetadot_2 * thetadot_2
     thetadot_1_squared = thetadot_1 * thetadot_1
-    tmp_10 = g * m_3
+    tmp_9 = g * m_3
     thetadot_3_squared = thetadot_3 * thetadot_3
-    tmp_11 = thetadot_2_squared * tmp_1
-    tmp_12 = thetadot_1_squared * tmp_1
+    tmp_10 = thetadot_2_squared * tmp_1
+    tmp_11 = thetadot_1_squared * tmp_1
 
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     forces = blank(3, 6)
     drifts = blank(2, 6)
 
-    mass_matrix[0, 0] = constant_1
-    mass_matrix[1, 0] = 0.5 * tmp_2 * tmp_1
+    mass_matrix[0, 0] = l_1_squared * (0.3333333333333333 * m_1 + m_2)
+    mass_matrix[1, 0] = half_l_1_times_l_2_times_m_2_2 * tmp_1
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
     mass_matrix[2, 2] = third_l_3_squared_times_m_3
-    constraint_matrix[0, 0] = -tmp_3
-    constraint_matrix[0, 1] = -tmp_4
-    constraint_matrix[0, 2] = tmp_5
-    constraint_matrix[1, 0] = tmp_6
-    constraint_matrix[1, 1] = tmp_7
-    constraint_matrix[1, 2] = -tmp_8
+    constraint_matrix[0, 0] = -tmp_2
+    constraint_matrix[0, 1] = -tmp_3
+    constraint_matrix[0, 2] = tmp_4
+    constraint_matrix[1, 0] = tmp_5
+    constraint_matrix[1, 1] = tmp_6
+    constraint_matrix[1, 2] = -tmp_7
     right_side[0] = (
-        M_1 - c * thetadot_1 - l_1 * (constant_2 * cos_theta_1 + half_l_2_times_m_2 * thetadot_2_squared * tmp_9)
+        M_1 - c * thetadot_1 - l_1 * (constant_2 * cos_theta_1 + half_l_2_times_m_2 * thetadot_2_squared * tmp_8)
     )
-    right_side[1] = -half_l_2_times_m_2 * (g * cos_theta_2 - l_1 * thetadot_1_squared * tmp_9)
-    right_side[2] = -0.5 * tmp_10 * tmp_8
-    right_side[3] = thetadot_1_squared * tmp_6 + thetadot_2_squared * tmp_7 - thetadot_3_squared * tmp_8
-    right_side[4] = thetadot_1_squared * tmp_3 + thetadot_2_squared * tmp_4 - thetadot_3_squared * tmp_5
-    residuals[0] = tmp_6 + tmp_7 - tmp_8 - d
-    residuals[1] = tmp_3 + tmp_4 - tmp_5
+    right_side[1] = -half_l_2_times_m_2 * (g * cos_theta_2 - l_1 * thetadot_1_squared * tmp_8)
+    right_side[2] = -0.5 * tmp_9 * tmp_7
+    right_side[3] = thetadot_1_squared * tmp_5 + thetadot_2_squared * tmp_6 - thetadot_3_squared * tmp_7
+    right_side[4] = thetadot_1_squared * tmp_2 + thetadot_2_squared * tmp_3 - thetadot_3_squared * tmp_4
+    residuals[0] = tmp_5 + tmp_6 - tmp_7 - d
+    residuals[1] = tmp_2 + tmp_3 - tmp_4
     coordinates[0] = theta_1
     coordinates[1] = theta_2
     coordinates[2] = theta_3
@@ -278,29 +375,29 @@ def jacobian(t, state, inputs, constants, values):
     forces[0, 0] = l_1 * (
         cos_theta_1 * lam_x
         + sin_theta_1 * (lam_y + g * (0.5 * m_1 + m_2))
-        - half_l_2_times_m_2 * (tmp_11 - tmp_9 * thetaddot_2)
+        - half_l_2_times_m_2 * (tmp_10 - tmp_8 * thetaddot_2)
     )
     drifts[0, 0] = l_1 * (cos_theta_1 * thetaddot_1 - thetadot_1_squared * sin_theta_1)
-    forces[0, 1] = 0.5 * tmp_2 * (tmp_11 - tmp_9 * thetaddot_2)
+    forces[0, 1] = half_l_1_times_l_2_times_m_2_2 * (tmp_10 - tmp_8 * thetaddot_2)
     drifts[0, 1] = l_2 * (cos_theta_2 * thetaddot_2 - thetadot_2_squared * sin_theta_2)
     drifts[0, 2] = l_3 * (thetadot_3_squared * sin_theta_3 - cos_theta_3 * thetaddot_3)
     forces[0, 3] = -c
-    drifts[0, 3] = 2.0 * tmp_6 * thetadot_1
-    forces[0, 4] = -tmp_9 * tmp_2 * thetadot_2
-    drifts[0, 4] = 2.0 * tmp_7 * thetadot_2
-    drifts[0, 5] = -2.0 * tmp_8 * thetadot_3
-    forces[1, 0] = 0.5 * tmp_2 * (tmp_9 * thetaddot_1 + tmp_12)
+    drifts[0, 3] = 2.0 * tmp_5 * thetadot_1
+    forces[0, 4] = -l_1_times_l_2_times_m_2 * tmp_8 * thetadot_2
+    drifts[0, 4] = 2.0 * tmp_6 * thetadot_2
+    drifts[0, 5] = -2.0 * tmp_7 * thetadot_3
+    forces[1, 0] = half_l_1_times_l_2_times_m_2_2 * (tmp_8 * thetaddot_1 + tmp_11)
     drifts[1, 0] = l_1 * (sin_theta_1 * thetaddot_1 + thetadot_1_squared * cos_theta_1)
     forces[1, 1] = l_2 * (
-        0.5 * m_2 * (g * sin_theta_2 - l_1 * (tmp_9 * thetaddot_1 + tmp_12)) + cos_theta_2 * lam_x + sin_theta_2 * lam_y
+        0.5 * m_2 * (g * sin_theta_2 - l_1 * (tmp_8 * thetaddot_1 + tmp_11)) + cos_theta_2 * lam_x + sin_theta_2 * lam_y
     )
     drifts[1, 1] = l_2 * (sin_theta_2 * thetaddot_2 + thetadot_2_squared * cos_theta_2)
     drifts[1, 2] = -l_3 * (sin_theta_3 * thetaddot_3 + thetadot_3_squared * cos_theta_3)
-    forces[1, 3] = tmp_9 * tmp_2 * thetadot_1
-    drifts[1, 3] = 2.0 * tmp_3 * thetadot_1
-    drifts[1, 4] = 2.0 * tmp_4 * thetadot_2
-    drifts[1, 5] = -2.0 * tmp_5 * thetadot_3
-    forces[2, 2] = l_3 * (sin_theta_3 * (0.5 * tmp_10 - lam_y) - cos_theta_3 * lam_x)
+    forces[1, 3] = l_1_times_l_2_times_m_2 * tmp_8 * thetadot_1
+    drifts[1, 3] = 2.0 * tmp_2 * thetadot_1
+    drifts[1, 4] = 2.0 * tmp_3 * thetadot_2
+    drifts[1, 5] = -2.0 * tmp_4 * thetadot_3
+    forces[2, 2] = l_3 * (sin_theta_3 * (0.5 * tmp_9 - lam_y) - cos_theta_3 * lam_x)
 
     values[0] = 1.0  # [0, 3]
     values[1] = 1.0  # [1, 4]
@@ -317,12 +414,14 @@ def input_jacobian(t, state, inputs, constants, values):
     M_1 = inputs[0]
     l_1, l_2, l_3 = constants[0], constants[1], constants[2]
     d = constants[3]
-    m_3 = constants[6]
+    m_1, m_2, m_3 = constants[4], constants[5], constants[6]
     c = constants[7]
     g = constants[8]
-    constant_1, constant_2 = constants[10], constants[11]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
+    constant_2 = constants[10]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    half_l_2_times_m_2 = constants[18]
+    l_1_squared = constants[20]
+    half_l_1_times_l_2_times_m_2_2 = constants[24]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -343,8 +442,8 @@ def input_jacobian(t, state, inputs, constants, values):
     forces = blank(3, 1)
     drifts = blank(2, 1)
 
-    mass_matrix[0, 0] = constant_1
-    mass_matrix[1, 0] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
+    mass_matrix[0, 0] = l_1_squared * (0.3333333333333333 * m_1 + m_2)
+    mass_matrix[1, 0] = half_l_1_times_l_2_times_m_2_2 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
     mass_matrix[2, 2] = third_l_3_squared_times_m_3
     constraint_matrix[0, 0] = -tmp_1
@@ -377,14 +476,14 @@ def input_jacobian(t, state, inputs, constants, values):
 def mass(t, state, inputs, constants, values):
     """Lower triangle of the mass matrix, at the places in MASS."""
     theta_1, theta_2 = state[0], state[1]
-    l_1 = constants[0]
-    constant_1 = constants[10]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
+    m_1, m_2 = constants[4], constants[5]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    l_1_squared = constants[20]
+    half_l_1_times_l_2_times_m_2_2 = constants[24]
 
-    values[0] = constant_1  # [0, 0]
-    values[1] = (
-        half_l_2_times_m_2 * l_1 * (math.cos(theta_2) * math.cos(theta_1) + math.sin(theta_2) * math.sin(theta_1))
+    values[0] = l_1_squared * (0.3333333333333333 * m_1 + m_2)  # [0, 0]
+    values[1] = half_l_1_times_l_2_times_m_2_2 * (
+        math.cos(theta_2) * math.cos(theta_1) + math.sin(theta_2) * math.sin(theta_1)
     )  # [1, 0]
     values[2] = third_l_2_squared_times_m_2  # [1, 1]
     values[3] = third_l_3_squared_times_m_3  # [2, 2]
@@ -400,6 +499,8 @@ def energy(t, state, inputs, constants, values):
     m_1, m_2, m_3 = constants[4], constants[5], constants[6]
     c = constants[7]
     g = constants[8]
+    l_1_squared = constants[20]
+    l_3_squared_times_m_3 = constants[22]
 
     sin_theta_2 = math.sin(theta_2)
     tmp_1 = l_2 * thetadot_2
@@ -412,8 +513,8 @@ def energy(t, state, inputs, constants, values):
 
     values[0] = 0.16666666666666666 * (
         3.0 * m_2 * (0.08333333333333333 * l_2 * l_2 * thetadot_2 * thetadot_2 + tmp_3 * tmp_3 + tmp_4 * tmp_4)
-        + m_3 * l_3 * l_3 * thetadot_3 * thetadot_3
-        + m_1 * l_1 * l_1 * thetadot_1_squared
+        + l_3_squared_times_m_3 * thetadot_3 * thetadot_3
+        + l_1_squared * m_1 * thetadot_1_squared
     )
     values[1] = g * (0.5 * m_3 * l_3 * math.sin(theta_3) + m_2 * (0.5 * l_2 * sin_theta_2 + tmp_5) + 0.5 * m_1 * tmp_5)
     values[2] = c * thetadot_1_squared
@@ -428,12 +529,14 @@ def outputs(t, state, inputs, constants, values):
     M_1 = inputs[0]
     l_1, l_2, l_3 = constants[0], constants[1], constants[2]
     d = constants[3]
-    m_3 = constants[6]
+    m_1, m_2, m_3 = constants[4], constants[5], constants[6]
     c = constants[7]
     g = constants[8]
-    constant_1, constant_2 = constants[10], constants[11]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
+    constant_2 = constants[10]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    half_l_2_times_m_2 = constants[18]
+    l_1_squared = constants[20]
+    half_l_1_times_l_2_times_m_2_2 = constants[24]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -453,8 +556,8 @@ def outputs(t, state, inputs, constants, values):
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     multipliers, reactions = outcome(3, 2)
 
-    mass_matrix[0, 0] = constant_1
-    mass_matrix[1, 0] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
+    mass_matrix[0, 0] = l_1_squared * (0.3333333333333333 * m_1 + m_2)
+    mass_matrix[1, 0] = half_l_1_times_l_2_times_m_2_2 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
     mass_matrix[2, 2] = third_l_3_squared_times_m_3
     constraint_matrix[0, 0] = -tmp_1
@@ -502,12 +605,14 @@ def scene(t, state, inputs, constants, values):
     M_1 = inputs[0]
     l_1, l_2, l_3 = constants[0], constants[1], constants[2]
     d = constants[3]
-    m_3 = constants[6]
+    m_1, m_2, m_3 = constants[4], constants[5], constants[6]
     c = constants[7]
     g = constants[8]
-    constant_1, constant_2 = constants[10], constants[11]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
+    constant_2 = constants[10]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    half_l_2_times_m_2 = constants[18]
+    l_1_squared = constants[20]
+    half_l_1_times_l_2_times_m_2_2 = constants[24]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -530,8 +635,8 @@ def scene(t, state, inputs, constants, values):
     mass_matrix, constraint_matrix, right_side, residuals, coordinates, workspace = equations(3, 2)
     multipliers, reactions = outcome(3, 2)
 
-    mass_matrix[0, 0] = constant_1
-    mass_matrix[1, 0] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
+    mass_matrix[0, 0] = l_1_squared * (0.3333333333333333 * m_1 + m_2)
+    mass_matrix[1, 0] = half_l_1_times_l_2_times_m_2_2 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)
     mass_matrix[1, 1] = third_l_2_squared_times_m_2
     mass_matrix[2, 2] = third_l_3_squared_times_m_3
     constraint_matrix[0, 0] = -tmp_1
@@ -619,9 +724,10 @@ def constraints(t, state, inputs, constants, values):
     thetadot_1, thetadot_2, thetadot_3 = state[3], state[4], state[5]
     l_1, l_2, l_3 = constants[0], constants[1], constants[2]
     d = constants[3]
-    constant_1 = constants[10]
-    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[13], constants[14]
-    half_l_2_times_m_2 = constants[15]
+    m_1, m_2 = constants[4], constants[5]
+    third_l_2_squared_times_m_2, third_l_3_squared_times_m_3 = constants[16], constants[17]
+    l_1_squared = constants[20]
+    half_l_1_times_l_2_times_m_2_2 = constants[24]
 
     sin_theta_2 = math.sin(theta_2)
     sin_theta_1 = math.sin(theta_1)
@@ -634,8 +740,8 @@ def constraints(t, state, inputs, constants, values):
     tmp_5 = l_1 * cos_theta_1
     tmp_6 = l_3 * math.cos(theta_3)
 
-    values[0] = constant_1  # [0, 0]
-    values[1] = half_l_2_times_m_2 * l_1 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)  # [1, 0]
+    values[0] = l_1_squared * (0.3333333333333333 * m_1 + m_2)  # [0, 0]
+    values[1] = half_l_1_times_l_2_times_m_2_2 * (sin_theta_1 * sin_theta_2 + cos_theta_1 * cos_theta_2)  # [1, 0]
     values[2] = third_l_2_squared_times_m_2  # [1, 1]
     values[3] = third_l_3_squared_times_m_3  # [2, 2]
     values[4] = -tmp_1  # [3, 0]

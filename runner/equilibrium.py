@@ -195,7 +195,7 @@ def _newton(
     for _ in range(MOST_ITERATIONS):
         if not (np.isfinite(r).all() and np.isfinite(J).all()):
             break
-        scale = _nonzero(np.abs(J).max(axis=1))
+        scale = _scale(J, q)
         size = np.linalg.norm(r / scale)
         step = np.zeros_like(q)
         step[sought] = _least((J / scale[:, None])[:, sought], -r / scale)
@@ -232,8 +232,21 @@ def _vanishes(r: Vector, J: Vector, q: Vector) -> bool:
     """Whether r is nothing, or the rounding left of terms J_ij q_j, or of accelerations of order 1, that cancel."""
     if not r.any():
         return True
-    terms = np.abs(J) @ np.abs(q) + 1.0
-    return bool((np.abs(r) <= AT_REST * terms).all())
+    return bool((np.abs(r) <= AT_REST * _terms(J, q)).all())
+
+
+def _terms(J: Vector, q: Vector) -> Vector:
+    """How large the terms are that cancel in each row, or accelerations of order 1."""
+    terms: Vector = np.abs(J) @ np.abs(q) + 1.0
+    return terms
+
+
+def _scale(J: Vector, q: Vector) -> Vector:
+    """What each row is measured by.
+
+    Rows more than there are states agree but for rounding, so that each counts by that: one may hold nothing else.
+    """
+    return _nonzero(np.abs(J).max(axis=1)) if len(J) == len(q) else _terms(J, q)
 
 
 def _free_directions(J: Vector) -> Vector | None:

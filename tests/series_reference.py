@@ -59,8 +59,7 @@ class _Reference:
             rights = [self.at(self.table.nodes[name].arguments[0], k) for name in names]
             matrix = mpmath.matrix(len(names), len(names))
             for i, name in enumerate(names):
-                node = self.table.nodes[name]
-                for factor, entry, other in zip(node.factors, node.arguments[1::2], node.arguments[2::2], strict=True):
+                for other, factor, entry in self.table.nodes[name].entries:
                     matrix[i, names.index(other)] = self.factor(factor) * self.at(entry, 0)
             solution = mpmath.lu_solve(matrix, mpmath.matrix(rights))
             self._round(k, dict(zip(names, solution, strict=True)))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from qddot.runner.machine.constrained import accelerations, blank, derivatives, equations, report
+from qddot.runner.machine.constrained import accelerations, blank, derivatives, equations, report, solved
 from qddot.runner.machine.constrained_work import work_size
 
 
@@ -20,7 +20,7 @@ def solve_columns(G, work, forces, drifts, values):
     derivatives(G, work, forces, drifts, values[7:], 0)
 
 
-def solved(M, G, f, gamma, residuals=None, q=None):
+def found_for(M, G, f, gamma, residuals=None, q=None):
     """(a, l, multipliers reported, reactions, workspace)."""
     m, n = G.shape
     right, work = np.concatenate([f, gamma]), np.zeros(work_size(n, m))
@@ -54,7 +54,7 @@ def test_regular_systems_in_any_units(seed):
     units, sizes = 10.0 ** chance.uniform(-5, 5, n), 10.0 ** chance.uniform(-5, 5, m)
     M, G = inertia(chance, n), chance.normal(size=(m, n))
     f, gamma = chance.normal(size=n), chance.normal(size=m)
-    a, multipliers, told, reactions, _ = solved(
+    a, multipliers, told, reactions, _ = found_for(
         units[:, None] * M * units, sizes[:, None] * G * units, units * f, sizes * gamma
     )
     expected_a, expected_l = exact(M, G, f, gamma)
@@ -65,19 +65,71 @@ def test_regular_systems_in_any_units(seed):
     assert np.allclose(reactions / units, -G.T @ expected_l, rtol=0, atol=1e3 * error * np.abs(expected_l).max())
 
 
+def written_out(n, m):
+    """`solved` for so many, and what it leaves."""
+
+    @njit(fastmath={"contract", "nsz"}, error_model="numpy")
+    def solve(M, G, right, residuals, q, work):
+        solved(n, m, M, G, right, residuals, q, work)
+
+    def found(M, G, f, gamma):
+        right, work = np.concatenate([f, gamma]), np.zeros(work_size(n, m))
+        solve(np.tril(M), np.ascontiguousarray(G), right, np.zeros(m), np.ones(n), work)
+        return right, bool(work.any())
+
+    return found
+
+
+@pytest.mark.parametrize(("n", "m"), [(1, 1), (3, 2), (4, 4), (7, 6), (12, 8), (15, 6)])
+def test_elimination_written_out_in_any_units(n, m):
+    """15 and 6 are more than is written out."""
+    chance = np.random.default_rng(10 * n + m)
+    solve = written_out(n, m)
+    for _ in range(20):
+        units, sizes = 10.0 ** chance.uniform(-5, 5, n), 10.0 ** chance.uniform(-5, 5, m)
+        M, G = inertia(chance, n) + np.eye(n), chance.normal(size=(m, n))
+        f, gamma = chance.normal(size=n), chance.normal(size=m)
+        right, careful = solve(units[:, None] * M * units, sizes[:, None] * G * units, units * f, sizes * gamma)
+        expected_a, expected_l = exact(M, G, f, gamma)
+        assert not careful or n + m > 20 or np.linalg.cond(G) > 30
+        error = 1e-14 * np.linalg.cond(M) * np.linalg.cond(G @ np.linalg.solve(M, G.T))
+        assert np.allclose(right[:n] * units, expected_a, rtol=0, atol=error * np.abs(expected_a).max())
+        assert np.allclose(right[n:] * sizes, expected_l, rtol=0, atol=error * np.abs(expected_l).max() + error)
+
+
+def test_elimination_written_out_leaves_to_others_what_is_not_sound():
+    """Masses that are singular alone, constraints that depend on each other or nearly, and motion without inertia."""
+    solve, chance = written_out(3, 2), np.random.default_rng(3)
+    f, gamma, G = chance.normal(size=3), chance.normal(size=2), chance.normal(size=(2, 3))
+    M = inertia(chance, 3) + np.eye(3)
+    assert not solve(M, G, f, gamma)[1]
+    near = np.array([G[0], G[0] + 1e-4 * G[1]])
+    same = np.array([G[0], 2 * G[0]])
+    for masses, gradients, drifts in (
+        (np.diag([1.0, 2.0, 0.0]), G, gamma),
+        (M, near, gamma),
+        (M, same, np.array([1.0, 2.0])),
+        (np.diag([1.0, 0.0, 0.0]), same, gamma),
+    ):
+        right, careful = solve(masses, gradients, f, drifts)
+        a, multipliers, *_ = found_for(masses, gradients, f, drifts)
+        assert careful and np.array_equal(right, [*a, *multipliers], equal_nan=True)
+    assert np.isnan(right).all()
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_a_mass_matrix_that_is_singular_alone(seed):
     chance = np.random.default_rng(seed)
     M, G = inertia(chance, 5, rank=3), chance.normal(size=(2, 5))
     f, gamma = chance.normal(size=5), chance.normal(size=2)
-    a, multipliers, *_ = solved(M, G, f, gamma)
+    a, multipliers, *_ = found_for(M, G, f, gamma)
     expected_a, expected_l = exact(M, G, f, gamma)
     assert np.allclose(a, expected_a, rtol=1e-10) and np.allclose(multipliers, expected_l, rtol=1e-9)
 
 
 def test_a_quaternion_at_unity_whose_mass_matrix_has_a_zero_on_its_diagonal():
     M, G = 4 * np.diag([0.0, 1.0, 2.0, 3.0]), np.array([[2.0, 0.0, 0.0, 0.0]])
-    a, multipliers, *_ = solved(M, G, np.array([0.5, 1.0, 2.0, 3.0]), np.array([-0.2]))
+    a, multipliers, *_ = found_for(M, G, np.array([0.5, 1.0, 2.0, 3.0]), np.array([-0.2]))
     assert np.allclose(a, [-0.1, 0.25, 0.25, 0.25]) and np.isclose(multipliers[0], 0.25)
 
 
@@ -91,7 +143,7 @@ def test_redundant_constraints_leave_accelerations_and_reactions_unique(seed):
     mix[[0, 1, 2, 5], range(4)] = 1.0
     mix[3, 0], mix[4, 1], mix[4, 2] = -2.0, 1.0, 3.0
     units = 10.0 ** chance.uniform(-4, 4, 6)
-    a, _, told, reactions, _ = solved(M, (units[:, None] * mix) @ few, f, units * (mix @ gamma))
+    a, _, told, reactions, _ = found_for(M, (units[:, None] * mix) @ few, f, units * (mix @ gamma))
     expected_a, expected_l = exact(M, few, f, gamma)
     assert np.allclose(a, expected_a, rtol=1e-8, atol=1e-9)
     assert np.allclose(reactions, -few.T @ expected_l, rtol=1e-8, atol=1e-8)
@@ -100,7 +152,9 @@ def test_redundant_constraints_leave_accelerations_and_reactions_unique(seed):
 
 def test_a_constraint_whose_gradient_vanishes_is_left_out():
     """As of (x^2 + y^2)^2 = 0: at the origin it says nothing."""
-    a, _, told, *_ = solved(np.eye(2), np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([1.0, 3.0]), np.array([0.0, 0.0]))
+    a, _, told, *_ = found_for(
+        np.eye(2), np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([1.0, 3.0]), np.array([0.0, 0.0])
+    )
     assert np.allclose(a, [-1.0, 1.0]) and np.isnan(told[0]) and np.isclose(told[1], 2.0)
 
 
@@ -108,14 +162,14 @@ def test_off_the_constraints_those_that_are_the_same_on_them_stay_the_same():
     """Two rows differ by what a state off by 1e-6 makes of them, and their drifts by as much."""
     G = np.array([[1.0, 0.0], [1.0, 1e-6]])
     gamma, f = np.array([0.0, 3e-6]), np.array([1.0, 1.0])
-    a, *_ = solved(np.eye(2), G, f, gamma, residuals=np.array([1e-6, 1e-6]))
+    a, *_ = found_for(np.eye(2), G, f, gamma, residuals=np.array([1e-6, 1e-6]))
     assert np.allclose(a, [0.0, 1.0], atol=1e-5)
-    a, *_ = solved(np.eye(2), G, f, gamma)
+    a, *_ = found_for(np.eye(2), G, f, gamma)
     assert np.allclose(a, [0.0, 3.0])
 
 
 def test_a_motion_without_inertia_gives_no_number():
-    a, multipliers, *_ = solved(np.diag([1.0, 0.0]), np.array([[1.0, 0.0]]), np.ones(2), np.zeros(1))
+    a, multipliers, *_ = found_for(np.diag([1.0, 0.0]), np.array([[1.0, 0.0]]), np.ones(2), np.zeros(1))
     assert np.isnan(a).all() and np.isnan(multipliers).all()
 
 
@@ -123,7 +177,7 @@ def test_columns_of_derivatives():
     chance = np.random.default_rng(1)
     n, m = 5, 3
     M, G, right = inertia(chance, n), chance.normal(size=(m, n)), chance.normal(size=n + m)
-    *_, work = solved(M, G, right[:n], right[n:])
+    *_, work = found_for(M, G, right[:n], right[n:])
     forces, drifts = chance.normal(size=(n, 4)), chance.normal(size=(m, 4))
     values = np.ones(7 + 4 * n)
     solve_columns(G, work, forces, drifts, values)

@@ -8,7 +8,11 @@ from scipy.integrate import solve_ivp
 import qddot
 from benchmarks.cases.mechanism import SQUEEZER_START, squeezer
 
-TIGHT = {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}
+
+@pytest.fixture(params=["dop853", "taylor"])
+def tight(request):
+    """Each by a Runge-Kutta method and by series, whose multipliers are found order by order."""
+    return {"method": request.param, "rtol": 1e-11, "atol": 1e-12}
 
 
 def reference(f, span, x0):
@@ -62,19 +66,19 @@ def four_bar_of_one_angle(l_1=0.3, l_2=0.8, l_3=0.6, d=0.9, m=(1.0, 2.0, 1.5), g
     return angles, one_degree(mass, potential)
 
 
-def test_four_bar_beside_its_eliminated_form():
+def test_four_bar_beside_its_eliminated_form(tight):
     model = qddot.load("four_bar")
     angles, f = four_bar_of_one_angle()
     start = qddot.assemble(model, {"theta_1": 0.4, "thetadot_1": 9.0}, guess={"theta_2": 0.6, "theta_3": 1.5})
     assert np.allclose(start[1:3], np.real(angles(0.4 + 0j)), atol=1e-14)
-    found = qddot.simulate(model, (0, 5), initial=start, **TIGHT)
+    found = qddot.simulate(model, (0, 5), initial=start, **tight)
     q, v = reference(f, (0, 5), [0.4, 9.0])
     assert np.isclose(found["theta_1"][-1], q, rtol=1e-8) and np.isclose(found["thetadot_1"][-1], v, rtol=1e-8)
     assert q > 15.0  # several turns
     assert off(model, found).max() < 1e-12
 
 
-def test_slider_crank_through_its_dead_points(made):
+def test_slider_crank_through_its_dead_points(made, tight):
     model = made(slider_crank())
     r, rod, m_1, m_2, m_3, c, M = 0.1, 0.3, 1.0, 0.8, 0.6, 20.0, 2.0
 
@@ -90,7 +94,7 @@ def test_slider_crank_through_its_dead_points(made):
 
     f = one_degree(mass, lambda a: 0 * a, lambda a, v: M - c * shape(a)[2] ** 2 * v)
     start = qddot.assemble(model, {"alpha": 0.3, "alphadot": 1.0}, guess={"x": 0.4})
-    found = qddot.simulate(model, (0, 2), initial=start, **TIGHT)
+    found = qddot.simulate(model, (0, 2), initial=start, **tight)
     a, v = reference(f, (0, 2), [0.3, 1.0])
     assert np.isclose(found["alpha"][-1], a, rtol=1e-8) and np.isclose(found["alphadot"][-1], v, rtol=1e-8)
     assert a > 4 * np.pi
@@ -99,7 +103,7 @@ def test_slider_crank_through_its_dead_points(made):
     assert np.isclose(found["reaction_x"][-1], force[-1]) and (off(model, found) < 1e-12).all() and len(x) > 20
 
 
-def test_spherical_pendulum_in_cartesian_coordinates_over_100_s(made):
+def test_spherical_pendulum_in_cartesian_coordinates_over_100_s(made, tight):
     model = made(spherical_pendulum())
     g, L = 9.81, 0.7
 
@@ -110,7 +114,7 @@ def test_spherical_pendulum_in_cartesian_coordinates_over_100_s(made):
     theta, turn = 0.9, 2.0
     start = {"x": L * np.sin(theta), "y": 0.0, "ydot": L * np.sin(theta) * turn, "xdot": 0.0}
     start = qddot.assemble(model, start, guess={"z": -1.0})
-    found = qddot.simulate(model, (0, 100), initial=start, output_times=np.linspace(0, 100, 1001), **TIGHT)
+    found = qddot.simulate(model, (0, 100), initial=start, output_times=np.linspace(0, 100, 1001), **tight)
     end = reference(f, (0, 100), [theta, 0.0, 0.0, turn])
     place = L * np.array([np.sin(end[0]) * np.cos(end[1]), np.sin(end[0]) * np.sin(end[1]), -np.cos(end[0])])
     assert np.allclose([found[name][-1] for name in "xyz"], place, atol=2e-8)
@@ -121,7 +125,7 @@ def test_spherical_pendulum_in_cartesian_coordinates_over_100_s(made):
     assert off(model, rough).max() < 1e-13
 
 
-def test_rolling_disc_steady_and_falling(made):
+def test_rolling_disc_steady_and_falling(made, tight):
     """Beside the equations of motion that SymPy's documentation derives by Kane's method (rolling disc)."""
     model = made(rolling_disc())
     g, R = 9.81, 0.25
@@ -149,11 +153,11 @@ def test_rolling_disc_steady_and_falling(made):
     u_3 = turning * np.cos(lean)
     u_2 = (R * u_3**2 * np.tan(lean) - 4 * g * np.sin(lean)) / (6 * R * u_3)
     steady = (lean, 0.0, turning, u_2 - turning * np.sin(lean))
-    found = qddot.simulate(model, (0, 10), initial=started(*steady), **TIGHT)
+    found = qddot.simulate(model, (0, 10), initial=started(*steady), **tight)
     assert np.abs(found["theta"] - lean).max() < 1e-8 and np.abs(found["psidot"] - turning).max() < 1e-7
 
     falling = (0.05, 0.1, 0.5, 12.0)
-    found = qddot.simulate(model, (0, 3), initial=started(*falling), **TIGHT)
+    found = qddot.simulate(model, (0, 3), initial=started(*falling), **tight)
     end = reference(f, (0, 3), speeds(*falling))
     lean, turn, spin = found["theta"][-1], found["psidot"][-1], found["phidot"][-1]
     assert np.allclose([lean, found["psi"][-1], found["thetadot"][-1]], end[:3], rtol=1e-7, atol=1e-8)
@@ -161,7 +165,7 @@ def test_rolling_disc_steady_and_falling(made):
     assert off(model, found).max() < 1e-12
 
 
-def test_satellite_by_a_quaternion_over_1000_s(made):
+def test_satellite_by_a_quaternion_over_1000_s(made, tight):
     model = made(satellite())
     I_x, I_y, I_z = 1.0, 2.0, 2.6
 
@@ -172,7 +176,7 @@ def test_satellite_by_a_quaternion_over_1000_s(made):
     start = qddot.assemble(
         model, {"q_0": 1.0, "q_1": 0, "q_2": 0, "q_3": 0, **{f"qdot_{k}": w[k - 1] / 2 for k in (1, 2, 3)}}
     )
-    found = qddot.simulate(model, (0, 1000), initial=start, output_times=np.linspace(0, 1000, 2001), **TIGHT)
+    found = qddot.simulate(model, (0, 1000), initial=start, output_times=np.linspace(0, 1000, 2001), **tight)
     assert off(model, found).max() < 1e-14
     for k, name in enumerate("xyz"):
         assert np.abs(found[f"H_{name}"] - (I_x, I_y, I_z)[k] * w[k]).max() < 1e-7
@@ -180,11 +184,11 @@ def test_satellite_by_a_quaternion_over_1000_s(made):
     assert np.allclose([found[f"w_{name}"][-1] for name in "xyz"], end, atol=1e-7)
 
 
-def test_the_squeezing_mechanism_ends_where_it_was_published_to(made):
+def test_the_squeezing_mechanism_ends_where_it_was_published_to(made, tight):
     """E. Hairer, G. Wanner, Solving ODEs II, section VII.7; test set for IVP solvers, Andrews' squeezing mechanism."""
     model = made(squeezer())
     start = qddot.assemble(model, SQUEEZER_START)
-    found = qddot.simulate(model, (0, 0.03), initial=start, **TIGHT)
+    found = qddot.simulate(model, (0, 0.03), initial=start, **tight)
     end = {
         "beta": 0.1581077119629904e2,
         "theta": -0.1575637105984298e2,
@@ -202,7 +206,7 @@ def test_the_squeezing_mechanism_ends_where_it_was_published_to(made):
     assert np.isclose(stiff["beta"][-1], end["beta"], rtol=1e-6) and off(model, stiff).max() < 1e-10
 
 
-@pytest.mark.parametrize("method", ["ode45", "ode15s"])
+@pytest.mark.parametrize("method", ["ode45", "ode15s", "taylor"])
 def test_redundant_constraints_all_the_way(made, method):
     """Three parallel cranks move as one pendulum; what single pins carry is undetermined, what comes of all is not."""
     model = made(parallel_cranks())

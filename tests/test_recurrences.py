@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import symengine as se
 from series_reference import coefficients
+from series_runs import run
 
 import qddot
 from qddot.codegen.recurrences import NoRecurrenceError, Recurrences, factor_text
@@ -124,28 +125,6 @@ def test_the_rows_of_an_expression_are_its_series_to_50_digits(name):
         for k in range(ORDER):
             error = abs(found[states[place]][k + 1] * (k + 1) - expected[k])
             assert error < mpmath.mpf(10) ** (-15 if name in ROUNDED else -40) * (1 + abs(expected[k]))
-
-
-def run(code, constants, first, inputs, order, t=0.0, sides=(), sense=1.0):
-    """Coefficients (order + 1, n) by the machine code; inputs: rows of coefficients."""
-    places = code.memory
-    buffer = np.zeros(places.size + 8)
-    memory = buffer[(-(buffer.ctypes.data // 8)) % 8 :][: places.size]
-    code.fill_factors(memory, np.asarray(constants, dtype=float))
-    memory[:2] = sense, t
-    memory[places.states : places.states + len(first)] = first
-    memory[places.sides : places.sides + len(sides)] = sides
-    for k, row in enumerate(inputs):
-        memory[places.inputs + k * places.input_stride :][: len(row)] = row
-    series = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64)(code.series)
-    series(memory.ctypes.data, order)
-    rows = memory[places.states :][: (order + 1) * places.state_stride].reshape(order + 1, -1)
-    target = np.zeros(places.state_stride)
-    sum_up = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_double, ctypes.c_void_p)(code.polynomial)
-    sum_up(memory.ctypes.data, order, 0.125, target.ctypes.data)
-    expected = sum(rows[k] * 0.125**k for k in range(order + 1))
-    np.testing.assert_allclose(target, expected, rtol=1e-13, atol=1e-14)
-    return rows[:, : len(first)]
 
 
 def test_the_machine_code_agrees_with_the_rows():

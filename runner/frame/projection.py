@@ -1,8 +1,9 @@
 """A state put back on the constraints of its model: by the nearest way in the metric of the mass matrix.
 
-Positions by Newton's iteration, M dq + G' l = 0 with G dq = -f(q, t), then velocities by one solution of the same,
-G dv = -(G v + df/dt). E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2; in the metric of
-M that is what impulses of the constraints would do. Constraints on positions stand first.
+Positions by Newton's iteration, M dq + G' l = 0 with G dq = -f(q, t), then velocities by solution of the same,
+G dv = -(G v + df/dt). A state that is near keeps its first factors: what M and G change by on the way is little. E.
+Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2; in the metric of M that is what impulses
+of the constraints would do. Constraints on positions stand first.
 
 Loops call it by its address: it is no part of them, and compiled for models with constraints alone.
 """
@@ -34,6 +35,8 @@ SIGNATURE = types.void(types.int64, types.float64, types.int64)
 
 #: Newton iterations; a distance from the constraints that is rounding, relative to the size of the coordinates.
 MOST_CORRECTIONS, ROUNDING = 12, 1e-15
+#: A distance, relative to the size of the coordinates, on whose way factors stay what they are, but for its square.
+NEAR = 1e-6
 #: An iteration that leaves more than this part of the distance has come down to rounding, or leads nowhere.
 STAGNANT = 0.5
 
@@ -84,26 +87,29 @@ def project(where, t, x):
     n, m = held.coordinates, held.n_constraints
     M, G, right, work = _masses(held, n, m), _gradients(held, n, m), _right(held, n, m), _work(held, n, m)
     residuals, q, v = _residuals(held, n, m), floats(x, n), floats(x + 8 * n, n)
-    last = np.inf
+    last, near = np.inf, False
     for _ in range(MOST_CORRECTIONS):
         _evaluate(held, t, x, n, m)
-        if not factorize(M, G, held.n_positions, residuals, q, work):
+        if not near and not factorize(M, G, held.n_positions, residuals, q, work):
             return
-        off = distance(G, residuals, work)
-        if not ROUNDING * magnitude(G, q, work) < off < STAGNANT * last:
+        off, size = distance(n, m, residuals, work), magnitude(n, m, q, work)
+        if not ROUNDING * size < off < STAGNANT * last:
             break
         _solve_for(G, work, right, residuals)
         for i in range(n):
             q[i] += right[i]
-        last = off
+        last, near = off, off < NEAR * size
     if held.n_positions < m:
         factorize(M, G, m, residuals, q, work)
     whole = _whole(held, n, m)
     for j in range(m):
         residuals[j] = whole[n + j, n + 1]
-    _solve_for(G, work, right, residuals)
-    for i in range(n):
-        v[i] += right[i]
+    for _ in range(1 + near):
+        _solve_for(G, work, right, residuals)
+        for i in range(n):
+            v[i] += right[i]
+            for j in range(m):
+                residuals[j] += G[j, i] * right[i]
 
 
 def put_on(problem: Problem, t: NDArray[np.float64], states: NDArray[np.float64]) -> None:
@@ -132,7 +138,7 @@ def _solve_for(G, work, right, residuals):
         right[i] = 0.0
     for j in range(m):
         right[n + j] = -residuals[j]
-    solve(G, work, right)
+    solve(n, m, work, right)
 
 
 @compiled(**LEAN)

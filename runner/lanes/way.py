@@ -48,6 +48,8 @@ def _why_no_series(model: Model) -> str:
     if not model.tables.recurrence:
         return f"model {model.name} has no recurrences"
     table = model.recurrences
+    if table.multipliers:
+        return f"model {model.name} has constraints, whose factors each run by taylor takes for itself"
     if table.sides:
         return f"model {model.name} has conditions, on which each run by taylor turns for itself"
     if len(table.nodes) > MOST_NODES or len(table.unknowns) > MOST_UNKNOWNS:

@@ -9,12 +9,14 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.fours import FOUR
 from qddot.runner.machine.memory import INLINE, LEAN, VIEW, first_item, floats, matrix, uncounted
 
 
 def work_size(n: int, m: int) -> int:
     """Numbers of the workspace for n coordinates and m constraints, in the order of the functions below."""
-    return n * (n + m) + m * m + 3 * n + 6 * m + 1
+    p = (n + FOUR - 1) // FOUR * FOUR
+    return (n + 2 * m + 2) * p + m * m + 3 * m + 1 + FOUR * (n + 2 * m)
 
 
 #: The same in compiled code.
@@ -76,78 +78,95 @@ def _on_the_stack(context: Any, builder: Any, shapes: tuple[tuple[int, ...], ...
     return made
 
 
-@compiled(**VIEW)
-def _part(work, place, length):
-    return floats(first_item(work) + 8 * place, length)
+@compiled(**LEAN)
+def fours(n):
+    """How many fours a row of n numbers has."""
+    return (n + FOUR - 1) // FOUR
 
 
-@compiled(**VIEW)
-def lower_of(work, n, m):
-    """L (n, n), with the reciprocals of its diagonal."""
-    return matrix(first_item(work), n, n)
+@compiled(**LEAN)
+def _row(work, n, place):
+    """The address of a row (n,)."""
+    return first_item(work) + 8 * FOUR * fours(n) * place
 
 
-@compiled(**VIEW)
-def columns_of(work, n, m):
-    """W and then Q, by columns: (m, n)."""
-    return matrix(first_item(work) + 8 * n * n, m, n)
+@compiled(**LEAN)
+def lower_row(work, n, m, k):
+    """The address of column k of L (n,): of LDL' with a diagonal of ones, which is not in it; zeros above."""
+    return _row(work, n, k)
+
+
+@compiled(**LEAN)
+def gradient_row(work, n, m, j):
+    """That of row j of G (n,)."""
+    return _row(work, n, n + j)
+
+
+@compiled(**LEAN)
+def column_row(work, n, m, j):
+    """That of column j of W (n,), which becomes one of Q."""
+    return _row(work, n, n + m + j)
+
+
+@compiled(**LEAN)
+def scale_row(work, n, m):
+    """That of the diagonal of D, (n,)."""
+    return _row(work, n, n + 2 * m)
+
+
+@compiled(**LEAN)
+def pivot_row(work, n, m):
+    """That of the reciprocal square roots of the pivots of L, (n,)."""
+    return _row(work, n, n + 2 * m + 1)
+
+
+@compiled(**LEAN)
+def _behind_rows(work, n, m):
+    return _row(work, n, n + 2 * m + 2)
 
 
 @compiled(**VIEW)
 def triangle_of(work, n, m):
-    """R (m, m)."""
-    return matrix(first_item(work) + 8 * n * (n + m), m, m)
-
-
-@compiled(**VIEW)
-def scale_of(work, n, m):
-    """The diagonal of D, (n,)."""
-    return _part(work, n * (n + m) + m * m, n)
-
-
-@compiled(**VIEW)
-def vector_of(work, n, m):
-    """Scratch, (n + m,)."""
-    return _part(work, n * (n + m) + m * m + n, n + m)
+    """R (m, m), row k that of the k-th pivot, columns as the constraints stand; reciprocals where it has its pivots."""
+    return matrix(_behind_rows(work, n, m), m, m)
 
 
 @compiled(**VIEW)
 def alpha_of(work, n, m):
     """Alpha, (m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + m, m)
+    return floats(_behind_rows(work, n, m) + 8 * m * m, m)
 
 
 @compiled(**VIEW)
-def norms_of(work, n, m):
-    """Lengths that the columns of W had, (m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 2 * m, m)
-
-
-@compiled(**VIEW)
-def drift_of(work, n, m):
-    """Scratch, (m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 3 * m, m)
+def lengths_of(work, n, m):
+    """One over the lengths that the columns of W had, (m,); 0 of those that are left out."""
+    return floats(_behind_rows(work, n, m) + 8 * m * (m + 1), m)
 
 
 @compiled(**VIEW)
 def order_of(work, n, m):
     """The constraints in the order of their pivots, (m,); those left out stand last."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 4 * m, m)
+    return floats(_behind_rows(work, n, m) + 8 * m * (m + 2), m)
+
+
+@compiled(**VIEW)
+def _rank(work, n, m):
+    return floats(_behind_rows(work, n, m) + 8 * m * (m + 3), 1)
 
 
 @compiled(**LEAN)
 def rank_of(work, n, m):
     """How many constraints are independent."""
-    return int(_part(work, n * (n + m) + m * m + 2 * n + 5 * m, 1)[0])
+    return int(_rank(work, n, m)[0])
 
 
 @compiled(**LEAN)
 def set_rank(work, n, m, rank):
     """Keep how many constraints are independent."""
-    _part(work, n * (n + m) + m * m + 2 * n + 5 * m, 1)[0] = rank
+    _rank(work, n, m)[0] = rank
 
 
-@compiled(**VIEW)
-def scratch_of(work, n, m):
-    """Where `derivatives` gathers a column, (n + m,)."""
-    return _part(work, n * (n + m) + m * m + 2 * n + 5 * m + 1, n + m)
+@compiled(**LEAN)
+def side_row(work, n, m, i):
+    """The address of the four right sides of row i, and behind those (n + m) of scratch for m more."""
+    return _behind_rows(work, n, m) + 8 * (m * (m + 3) + 1 + FOUR * i)

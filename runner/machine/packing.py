@@ -7,7 +7,7 @@ level and rule go together, `width` of them in a vector: a group. In lanes a gro
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from qddot.runner.machine.recurrences import FUNCTIONS, ONE, TIME, Node, RecurrenceError, Recurrences
+from qddot.runner.machine.recurrences import FUNCTIONS, HELD, ONE, SOLVED, TIME, Node, RecurrenceError, Recurrences
 
 #: Rules of functions, which go on from their slopes.
 CHAINED = (*FUNCTIONS, "atan2")
@@ -74,11 +74,11 @@ def _packed(table: Recurrences, width: int, levels: Mapping[str, int], live: set
     if any(TIME in node.arguments for node in table.nodes.values()):
         group("time", [Node(TIME, "time", ())])
     group("input", [Node(name, "input", ()) for name in table.inputs])
-    for kind in ("solved", "side"):
-        group(kind, (node for node in table.nodes.values() if node.rule == kind))
+    group("unknown", (table.nodes[name] for name in table.unknowns))
+    group("side", (table.nodes[name] for name in table.sides))
     kinds: dict[tuple[int, str, bool, bool], list[Node]] = {}
     for node in table.nodes.values():
-        if node.rule not in ("solved", "side") and node.name not in table.states:
+        if node.rule not in (SOLVED, HELD, "side") and node.name not in table.states:
             key = (levels[node.name], _kind(node), node.name in live, node.name in late)
             kinds.setdefault(key, []).append(node)
     for key in sorted(kinds):
@@ -95,7 +95,7 @@ def _kind(node: Node) -> str:
 
 def arity(rule: str) -> int:
     """How many nodes give the first value of one of this rule; a function's slopes do not."""
-    return 1 if rule in (*FUNCTIONS, "power") else 2
+    return 1 if rule in (*FUNCTIONS, "power", "lagging") else 2
 
 
 def needs(node: Node, later: bool) -> tuple[str, ...]:
@@ -110,14 +110,17 @@ def needs(node: Node, later: bool) -> tuple[str, ...]:
         return node.arguments[:2]
     if node.rule == "where" and later:
         return node.arguments[1:]
-    return () if node.rule in ("solved", "side") else node.arguments
+    return () if node.rule in (SOLVED, HELD, "side") else node.arguments
 
 
-def _needs_of(table: Recurrences, node: Node, later: bool) -> tuple[str, ...]:
-    """`needs`, with the rate of the integral whose next coefficient a rate of a product takes."""
+def _needs_of(nodes: Mapping[str, Node], node: Node, later: bool) -> tuple[str, ...]:
+    """`needs`, with what else stands before a rate of a product.
+
+    That is the rate of the integral whose next coefficient it takes, and what holds the unknowns that complete it.
+    """
     found = needs(node, later)
     if node.rule == "rate":
-        found = (*found, *table.nodes[node.arguments[0]].arguments)
+        found = (*found, *nodes[node.arguments[0]].arguments, node.arguments[2])
     return found
 
 
@@ -129,7 +132,7 @@ def _levels(table: Recurrences, later: bool) -> dict[str, int]:
             raise RecurrenceError(f"RECURRENCE: {name} is made of itself")
         if name not in levels:
             node = table.nodes.get(name)
-            parts = _needs_of(table, node, later) if node else ()
+            parts = _needs_of(table.nodes, node, later) if node else ()
             levels[name] = max((1 + level(part, (*above, name)) for part in parts), default=0)
         return levels[name]
 
@@ -151,10 +154,7 @@ def _ordered(groups: list[Group], home: Mapping[str, tuple[int, int]], later: bo
             raise _CircularError
         state[group.index] = False
         for node in group.nodes:
-            parts = needs(node, later)
-            if node.rule == "rate":
-                parts = (*parts, *table[node.arguments[0]].arguments)
-            for part in parts:
+            for part in _needs_of(table, node, later):
                 visit(groups[home[part][0]])
         state[group.index] = True
         found.append(group)
@@ -176,7 +176,7 @@ def live_nodes(table: Recurrences) -> set[str]:
         node = table.nodes.get(name)
         if node is None:
             continue
-        if node.rule == "solved":
+        if node.rule in (SOLVED, HELD):
             waiting += [node.arguments[0], *table.unknowns]
         elif node.rule == "where":
             waiting += node.arguments[1:]
@@ -202,10 +202,10 @@ def _late(table: Recurrences) -> set[str]:
 
 def _check_late(table: Recurrences, late: set[str]) -> None:
     """What holds unknowns must be linear in them; a product of such a node is a part of the equations alone."""
-    rights = {node.arguments[0] for node in table.nodes.values() if node.rule == "solved"}
+    rights = {table.nodes[name].arguments[0] for name in table.unknowns}
     for node in table.nodes.values():
         parts = [part for part in needs(node, later=True) if part in late]
-        nonlinear = node.rule not in ("linear", "product", "rate", "solved", "integral")
+        nonlinear = node.rule not in ("linear", "product", "rate", SOLVED, HELD, "integral")
         both = node.rule == "product" and len(parts) > 1
         beyond = any(table.nodes[part].rule in ("product", "where") for part in parts) and node.name not in rights
         if parts and (nonlinear or both or beyond):

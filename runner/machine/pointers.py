@@ -4,12 +4,14 @@ A driver that takes a kernel as an address compiles once for all models, like on
 FunctionType; but handing over a FunctionType costs 0.2 ms a kernel and call of the driver, an address nothing.
 """
 
+from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
 
 from llvmlite import binding
 from numba import types
 from numba.core import cgutils
+from numba.core.registry import cpu_target
 
 from qddot.runner import abi
 from qddot.runner.checks import shown
@@ -89,17 +91,31 @@ def by_name(signature: Any) -> Any:
 
     def decorate(function: FunctionType) -> Any:
         name = f"{function.__module__}.{function.__qualname__}"
-        made = compiled(signature, **BY_ADDRESS)(function)
-        binding.add_symbol(name, pointer(made, signature, name))
+        make_known(name, function, signature)
 
         def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
-            kind = context.call_conv.get_function_type(signature.return_type, signature.args)
-            where = cgutils.get_or_insert_function(builder.module, kind, name)
-            return _checked_call(context, builder, where, signature, arguments)
+            return _checked_call(context, builder, _named(context, builder, name, signature), signature, arguments)
 
         return intrinsic_of(len(signature.args), lambda *kinds: (signature, emit))
 
     return decorate
+
+
+def make_known(name: str, function: Callable[..., Any], signature: Any) -> None:
+    """Let code that is compiled or loaded from here on call a function of the runner by this name."""
+    binding.add_symbol(name, pointer(compiled(signature, **BY_ADDRESS)(function), signature, name))
+
+
+def call_named(builder: Any, name: str, signature: Any, arguments: Sequence[Any]) -> None:
+    """A call, in code that numba does not write, of a function that has been made known, which returns nothing."""
+    context = cpu_target.target_context
+    where = _named(context, builder, name, signature)
+    context.call_conv.call_function(builder, where, signature.return_type, signature.args, arguments)
+
+
+def _named(context: Any, builder: Any, name: str, signature: Any) -> Any:
+    kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+    return cgutils.get_or_insert_function(builder.module, kind, name)
 
 
 @intrinsic

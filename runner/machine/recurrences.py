@@ -4,7 +4,7 @@ A row is `name rule operands`, on more lines where these are indented; one with 
 docs/taylor.md says what each rule means.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from qddot.runner.ranges import expanded
@@ -22,6 +22,8 @@ _OPERANDS = {
 }
 #: Nodes that every table has: the constant one, and time.
 ONE, TIME = "1", "t"
+#: Rules of unknowns: accelerations, and the multipliers of constraints.
+SOLVED, HELD = "solved", "held"
 
 
 class RecurrenceError(ValueError):
@@ -49,6 +51,12 @@ class Node:
     factors: tuple[Factor, ...] = ()
     start: "Node | None" = None
 
+    @property
+    def entries(self) -> Iterator[tuple[str, Factor, str]]:
+        """What stands in the row of an unknown: beside which one, the factor and the node."""
+        nodes = self.arguments[2 if self.rule == HELD else 1 :]
+        return zip(nodes[1::2], self.factors, nodes[::2], strict=True)
+
 
 @dataclass(frozen=True)
 class Recurrences:
@@ -60,8 +68,13 @@ class Recurrences:
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """The nodes that a set of linear equations gives."""
-        return tuple(node.name for node in self.nodes.values() if node.rule == "solved")
+        """The nodes that a set of linear equations gives, multipliers last."""
+        return tuple(node.name for rule in (SOLVED, HELD) for node in self.nodes.values() if node.rule == rule)
+
+    @property
+    def multipliers(self) -> tuple[str, ...]:
+        """The multipliers of constraints among them."""
+        return tuple(node.name for node in self.nodes.values() if node.rule == HELD)
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -104,8 +117,8 @@ def _node(name: str, rule: str, operands: list[str], places: Mapping[str, int]) 
         return Node(name, rule, (rate,), (_factor(factor, places),), begins)
     if rule == "linear":
         kinds = "fn" * (len(operands) // 2)
-    elif rule == "solved":
-        kinds = "n" + "fnn" * (len(operands) // 3)
+    elif rule in (SOLVED, HELD):
+        kinds = ("n" if rule == SOLVED else "nn") + "fnn" * (len(operands) // 3)
     elif rule in _OPERANDS:
         kinds = _OPERANDS[rule]
     else:

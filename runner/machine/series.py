@@ -121,14 +121,14 @@ class Emitter:
         for group in self.packing.first if first else self.packing.later:
             if first or not is_integral(group):
                 self.current[group.index] = self._value(group, first)
-            if not (group.late or group.kind == "solved"):
+            if not (group.late or group.kind == "unknown"):
                 known.add(group.index)
             self._integrals.follow(known)
         if self.unknowns:
             if first:
                 self._inverse = eliminate(self)
             solved = solution(self, self._inverse)
-            self.current |= {group.index: x for group, x in zip(self.packing.kind("solved"), solved, strict=True)}
+            self.current |= {group.index: x for group, x in zip(self.packing.kind("unknown"), solved, strict=True)}
             self._gathered = {}
             self._complete(first)
         self._integrals.follow()
@@ -158,7 +158,7 @@ class Emitter:
     # values of groups
 
     def _value(self, group: Group, first: bool) -> Any:
-        if group.kind in ("state", "input", "side", "solved", "one", "time"):
+        if group.kind in ("state", "input", "side", "unknown", "one", "time"):
             return self._given(group, first)
         if group.kind in ("linear", "where"):
             return linear(self, group.nodes, first) if group.kind == "linear" else self._where(group, first)

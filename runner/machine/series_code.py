@@ -20,6 +20,7 @@ from llvmlite import ir
 from numpy.typing import NDArray
 
 from qddot.runner.machine.compiled import cache_directory
+from qddot.runner.machine.constrained_inverse import let_series_invert
 from qddot.runner.machine.packing import Packing, live_nodes, pack
 from qddot.runner.machine.recurrences import Recurrences, read_recurrences
 from qddot.runner.machine.series import SUMS, Emitter
@@ -87,6 +88,8 @@ def series_code(
         found = memory, _compiled(packing, memory, shape)
         _write(file, *found)
     memory, code = found
+    if table.multipliers:
+        let_series_invert()
     engine = _engine(code)
     series, polynomial = (engine.get_function_address(name) for name in ("series", "polynomial"))
     return SeriesCode(series, polynomial, memory, table, sums, engine)

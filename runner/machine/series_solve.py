@@ -2,14 +2,23 @@
 
 Columns of the inverse are vectors, so a solution is n multiplications that do not wait for each other; a solution by
 two triangles waits 2 n times for the last one. A residual is as small as the condition of M_0 lets it be either way.
+Where constraints hold, the inverse is that of M_0 with G_0 beside it, see `constrained_inverse`.
 """
 
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from qddot.runner.machine.recurrences import Factor, Recurrences
-from qddot.runner.machine.vector_code import VectorCode
+from llvmlite import ir
 
+from qddot.runner.machine.constrained_inverse import INVERSE, SIGNATURE, room_for
+from qddot.runner.machine.constrained_pivots import SOUND
+from qddot.runner.machine.pointers import call_named
+from qddot.runner.machine.recurrences import Factor, Recurrences
+from qddot.runner.machine.series_memory import Memory
+from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
+
+#: Unknowns up to which all pivots are written out under constraints.
+MOST_AT_ONCE = 32
 #: Row i of the inverse is what the vectors of its blocks hold: [column][block].
 Matrix = list[list[Any]]
 
@@ -18,6 +27,7 @@ class Emitter(Protocol):
     """What is asked of the emitter of a series; see `series.Emitter`."""
 
     code: VectorCode
+    memory: Memory
     table: Recurrences
     unknowns: tuple[str, ...]
 
@@ -31,24 +41,75 @@ class Emitter(Protocol):
 def eliminate(emitter: Emitter) -> Matrix:
     """The inverse of M_0, from the values of order 0."""
     code, n = emitter.code, len(emitter.unknowns)
+    if emitter.table.multipliers:
+        return _held(emitter)
     rows = [_column(emitter, name) for name in emitter.unknowns]
     if code.width == 1:
         return _swept(emitter, [[rows[k][i] for k in range(i + 1)] for i in range(n)])
-    one = code.splat(1.0)
     for j in range(n):
-        block, place = divmod(j, code.width)
-        pivot = code.divide(one, _broadcast(emitter, rows[j][block], place))
-        kept = [_replaced(emitter, value, one, place) if b == block else value for b, value in enumerate(rows[j])]
-        rows[j] = [code.multiply(value, pivot) for value in kept]
-        for i in range(n):
-            if i != j:
-                factor = code.builder.fneg(_broadcast(emitter, rows[i][block], place))
-                rest = [
-                    _replaced(emitter, value, code.zero, place) if b == block else value
-                    for b, value in enumerate(rows[i])
-                ]
-                rows[i] = [code.multiply_add(factor, x, y) for x, y in zip(rows[j], rest, strict=True)]
+        _pivot(emitter, rows, j)
     return rows
+
+
+def _pivot(emitter: Emitter, rows: Matrix, j: int) -> None:
+    """The j-th step of Gauss and Jordan's elimination."""
+    code, one = emitter.code, emitter.code.splat(1.0)
+    block, place = divmod(j, code.width)
+    pivot = code.divide(one, _broadcast(emitter, rows[j][block], place))
+    kept = [_replaced(emitter, value, one, place) if b == block else value for b, value in enumerate(rows[j])]
+    rows[j] = [code.multiply(value, pivot) for value in kept]
+    for i in range(len(rows)):
+        if i != j:
+            factor = code.builder.fneg(_broadcast(emitter, rows[i][block], place))
+            rest = [
+                _replaced(emitter, value, code.zero, place) if b == block else value for b, value in enumerate(rows[i])
+            ]
+            rows[i] = [code.multiply_add(factor, x, y) for x, y in zip(rows[j], rest, strict=True)]
+
+
+def _held(emitter: Emitter) -> Matrix:
+    """The same where there are constraints, of M with G beside it.
+
+    Pivots of accelerations come first and are positive, and those of constraints negative. Where one nearly vanishes,
+    of M alone or of constraints that depend on each other, `constrained_inverse` takes care.
+    """
+    code, unknowns = emitter.code, emitter.unknowns
+    n = len(unknowns) - len(emitter.table.multipliers)
+    given = [_column(emitter, name) for name in unknowns]
+    if len(unknowns) > MOST_AT_ONCE:
+        return _with_care(emitter, given[:n])
+    rows, sound = [list(row) for row in given], ir.Constant(ir.IntType(1), 1)
+    for first, last, order in ((0, n, ">"), (n, len(unknowns), "<")):
+        whole = [_diagonal(emitter, rows, j) for j in range(len(unknowns))]
+        for j in range(first, last):
+            least = code.builder.fmul(SCALAR(SOUND), whole[j])
+            better = code.builder.fcmp_ordered(order, _diagonal(emitter, rows, j), least)
+            sound = code.builder.and_(sound, better)
+            _pivot(emitter, rows, j)
+    return code.either(sound, rows, lambda: _with_care(emitter, given[:n]))
+
+
+def _diagonal(emitter: Emitter, rows: Matrix, j: int) -> Any:
+    """The j-th number of the diagonal."""
+    block, place = divmod(j, emitter.code.width)
+    return emitter.code.builder.extract_element(rows[j][block], ir.IntType(32)(place))
+
+
+def _with_care(emitter: Emitter, columns: Matrix) -> Matrix:
+    """The inverse as `constrained_inverse` finds it, in memory, from the columns of M, those of G below them."""
+    code, memory, unknowns = emitter.code, emitter.memory, emitter.unknowns
+    n, m, length = len(columns), len(unknowns) - len(columns), len(columns[0]) * code.width
+    start = memory.take(length * (n + m) + room_for(n, m))
+    for i, column in enumerate(columns):
+        for block, value in enumerate(column):
+            code.store(value, start + i * length + block * code.width)
+    off = [emitter.table.nodes[name].arguments[1] for name in unknowns[n:]]
+    for first in range(0, m, code.width):
+        code.store(emitter.gather(off[first : first + code.width]), start + n * length + first)
+    places = (start, memory.states, start + length * (n + m))
+    where, q, work = (code.builder.ptrtoint(code.address(place), INTEGER) for place in places)
+    call_named(code.builder, INVERSE, SIGNATURE, [where, INTEGER(length), INTEGER(n), INTEGER(m), q, work])
+    return [[code.load(start + i * length + b * code.width) for b in range(length // code.width)] for i in range(n + m)]
 
 
 def _swept(emitter: Emitter, lower: list[list[Any]]) -> Matrix:
@@ -91,9 +152,8 @@ def _column(emitter: Emitter, unknown: str) -> list[Any]:
     """A column of M_0 in blocks of rows."""
     found: list[tuple[Factor, str] | None] = []
     for name in emitter.unknowns:
-        node = emitter.table.nodes[name]
-        entries = zip(node.factors, node.arguments[1::2], node.arguments[2::2], strict=True)
-        found.append(next(((factor, value) for factor, value, other in entries if other == unknown), None))
+        entries = emitter.table.nodes[name].entries
+        found.append(next(((factor, value) for other, factor, value in entries if other == unknown), None))
     blocks = []
     for start in range(0, len(found), emitter.code.width):
         part = found[start : start + emitter.code.width]

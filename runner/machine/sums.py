@@ -20,25 +20,28 @@ _NARROW = 4
 _SCALAR, _INTEGER = ir.DoubleType(), ir.IntType(64)
 
 
-def _at(builder: Any, address: Any, item: int, kind: Any) -> Any:
-    """A pointer to the item at an address."""
+def at_address(builder: Any, address: Any, item: int, kind: Any) -> Any:
+    """A pointer to the item at an address, in items of 8 bytes."""
     return builder.inttoptr(builder.add(address, _INTEGER(8 * item)), kind.as_pointer())
 
 
-def _splat(builder: Any, value: Any, width: int) -> Any:
+def splat(builder: Any, value: Any, width: int) -> Any:
+    """A vector of one value."""
     undefined, zero = ir.Constant(ir.VectorType(_SCALAR, width), ir.Undefined), ir.Constant(ir.IntType(32), 0)
     mask = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
     return builder.shuffle_vector(builder.insert_element(undefined, value, zero), undefined, mask)
 
 
-def _multiply_add(builder: Any, a: Any, b: Any, c: Any) -> Any:
+def multiply_add(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Give a * b + c."""
     return builder.fadd(builder.fmul(a, b, flags=("contract",)), c, flags=("contract",))
 
 
 def _vectors(builder: Any, address: Any, width: int) -> list[Any]:
     """The BLOCK floats at an address."""
     return [
-        builder.load(_at(builder, address, i, ir.VectorType(_SCALAR, width)), align=8) for i in range(0, BLOCK, width)
+        builder.load(at_address(builder, address, i, ir.VectorType(_SCALAR, width)), align=8)
+        for i in range(0, BLOCK, width)
     ]
 
 
@@ -53,14 +56,14 @@ def _sum(builder: Any, arguments: Any, stride: Any, width: int) -> None:
     totals = [cgutils.alloca_once_value(builder, zero) for _ in range(BLOCK // width)]
     with cgutils.for_range(builder, count, intp=_INTEGER) as loop:
         where = builder.add(weights, builder.mul(loop.index, _INTEGER(8)))
-        weight = _splat(builder, builder.load(_at(builder, where, 0, _SCALAR)), width)
+        weight = splat(builder, builder.load(at_address(builder, where, 0, _SCALAR)), width)
         row = builder.add(rows, builder.mul(loop.index, stride))
         for total, values in zip(totals, _vectors(builder, row, width), strict=True):
-            builder.store(_multiply_add(builder, weight, values, builder.load(total)), total)
-    factor = _splat(builder, h, width)
+            builder.store(multiply_add(builder, weight, values, builder.load(total)), total)
+    factor = splat(builder, h, width)
     for i, (total, start) in enumerate(zip(totals, _vectors(builder, base, width), strict=True)):
-        value = _multiply_add(builder, factor, builder.load(total), start)
-        builder.store(value, _at(builder, target, width * i, vector), align=8)
+        value = multiply_add(builder, factor, builder.load(total), start)
+        builder.store(value, at_address(builder, target, width * i, vector), align=8)
 
 
 @intrinsic
@@ -104,10 +107,10 @@ def add_latest(typing_context: Any, row: Any, factor: Any, slope: Any, count: An
         row, factor, slope, length = arguments
         with cgutils.for_range(builder, length, intp=_INTEGER) as loop:
             offset = builder.mul(loop.index, _INTEGER(8))
-            place = _at(builder, builder.add(row, offset), 0, _SCALAR)
+            place = at_address(builder, builder.add(row, offset), 0, _SCALAR)
             # An atomic load stays what it is: LLVM does not join it with its neighbours.
-            fresh = builder.load_atomic(_at(builder, builder.add(slope, offset), 0, _SCALAR), "unordered", 8)
-            builder.store(_multiply_add(builder, factor, fresh, builder.load(place)), place)
+            fresh = builder.load_atomic(at_address(builder, builder.add(slope, offset), 0, _SCALAR), "unordered", 8)
+            builder.store(multiply_add(builder, factor, fresh, builder.load(place)), place)
         return context.get_dummy_value()
 
     address = types.int64
@@ -122,8 +125,8 @@ def copy_items(typing_context: Any, source: Any, target: Any, count: Any) -> Any
         source, target, length = arguments
         with cgutils.for_range(builder, length, intp=_INTEGER) as loop:
             offset = builder.mul(loop.index, _INTEGER(8))
-            value = builder.load_atomic(_at(builder, builder.add(source, offset), 0, _SCALAR), "unordered", 8)
-            builder.store(value, _at(builder, builder.add(target, offset), 0, _SCALAR))
+            value = builder.load_atomic(at_address(builder, builder.add(source, offset), 0, _SCALAR), "unordered", 8)
+            builder.store(value, at_address(builder, builder.add(target, offset), 0, _SCALAR))
         return context.get_dummy_value()
 
     return types.void(types.int64, types.int64, types.int64), emit
@@ -136,7 +139,7 @@ def any_beyond(typing_context: Any, row: Any, limit: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         row, limit = arguments
         vector, integers = (ir.VectorType(kind, _NARROW) for kind in (_SCALAR, _INTEGER))
-        bound = _splat(builder, limit, _NARROW)
+        bound = splat(builder, limit, _NARROW)
         without_sign = ir.Constant(integers, [2**63 - 1] * _NARROW)
         beyond = ir.Constant(ir.VectorType(ir.IntType(1), _NARROW), [0] * _NARROW)
         for values in _vectors(builder, row, _NARROW):

@@ -4,7 +4,7 @@ A vector holds `width` items side by side. In lanes it holds one, of as many run
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -79,6 +79,10 @@ class VectorCode:
             found = pairs + found[2 * len(pairs) :]
         return found[0] if found else self.zero
 
+    def address(self, offset: int) -> Any:
+        """The pointer to an offset in doubles."""
+        return self._place(offset, None, 1)
+
     def _place(self, offset: int, index: Any, stride: int) -> Any:
         where = INTEGER(offset)
         if index is not None:
@@ -133,6 +137,23 @@ class VectorCode:
             phi.add_incoming(other, last)
             ended.append(phi)
         after[:] = ended
+
+    def either(self, sound: Any, rows: list[list[Any]], otherwise: Callable[[], list[list[Any]]]) -> list[list[Any]]:
+        """Rows of vectors where something holds, and others, written where it does not."""
+        before, apart, behind = (self.builder.block, *(self.builder.append_basic_block() for _ in range(2)))
+        self.builder.cbranch(sound, behind, apart)
+        self.builder.position_at_end(apart)
+        others = otherwise()
+        last = self.builder.block
+        self.builder.branch(behind)
+        self.builder.position_at_end(behind)
+        found = []
+        for row, other in zip(rows, others, strict=True):
+            found.append([self.builder.phi(self.vector) for _ in row])
+            for phi, one, another in zip(found[-1], row, other, strict=True):
+                phi.add_incoming(one, before)
+                phi.add_incoming(another, last)
+        return found
 
     def intrinsic(self, name: str, *values: Any) -> Any:
         """LLVM's function of this name for vectors."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
-from qddot.runner.frame.space import row_address, set_inputs, states
+from qddot.runner.frame.space import project, row_address, set_inputs, states
 from qddot.runner.frame.step_end import events_at_start, finish_step
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.compiled import compiled
@@ -15,8 +15,9 @@ from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.machine.series_calls import call_series
 from qddot.runner.problem import Status
 from qddot.runner.taylor.inputs import pieces_end, write_inputs
+from qddot.runner.taylor.reach import reach
 from qddot.runner.taylor.sides import NOTHING, choose_sides, first_to_leave, turn
-from qddot.runner.taylor.space import NEW, WITHIN, coefficient, sum_series
+from qddot.runner.taylor.space import NEW, WITHIN, advance, coefficient
 from qddot.runner.taylor.space import time_and_sense as memory_head
 from qddot.runner.taylor.step import largest, rank, step_size, worst_state
 
@@ -68,11 +69,17 @@ def take_step(space, course, log):
             course.failed_state = worst_state(space, 1)
             return STEP_UNDERFLOW
     if leaving >= 0:
-        turn_after(space, course, leaving)
         landing, h = landing and when >= h, when
+    reached = reach(space, t, h, least)
+    if reached == 0.0:
+        course.failed_state = worst_state(space, space.highest)
+        return STEP_UNDERFLOW
+    if reached < h:
+        landing, h = False, reached
+    elif leaving >= 0:
+        turn_after(space, course, leaving)
     course.start, course.length = t, h
     course.now = end if landing else t + h
-    sum_series(space, h, NEW)
     course.restart = landing and end == stop
     return check_end(space, course)
 
@@ -102,7 +109,7 @@ def complete_step(space, course, log, ended):
     course.steps += 1
     row, status = NEW, RUNNING
     if ended != NONE:
-        sum_series(space, ended * course.length, WITHIN)
+        advance(space, course.start, ended * course.length, WITHIN)
         course.now = course.start + ended * course.length
         row, status = WITHIN, TERMINATED
     elif course.restart:
@@ -128,6 +135,8 @@ def run_slice(space, course, log, watch, most_steps):
         if course.restart:
             t = course.now
             set_inputs(space, t, after(t, next_stop(log) - t))
+            if space.project != 0:
+                project(space, t, space.states_at)
             if events_at_start(space, log, watch, t, course.steps == 0):
                 return TERMINATED
         status = take_step(space, course, log)

@@ -56,7 +56,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
             "such as dop853"
         )
     rtol, atol = options.tolerances(len(problem.initial_state))
-    order = order_for(options.least_rtol, code.sums)
+    order = order_for(options.least_rtol, code.sums, held=problem.held is not None)
     space, arrays = space_for(problem, code, order, rtol, atol)
     watch, watch_arrays = watch_for(options.events, int(space["n"]), order)
     times = None if recorder is not None else options.output_times

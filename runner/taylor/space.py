@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qddot.runner.frame.functions import DenseOutput
-from qddot.runner.frame.space import make_space, row_address, space_layout
+from qddot.runner.frame.space import make_space, project_at_end, row_address, space_layout
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import BY_ADDRESS, LEAN, VIEW, floats, layout, record_at
 from qddot.runner.machine.series_calls import call_polynomial
@@ -90,13 +90,22 @@ def sum_series(space, time, row):
     call_polynomial(space.polynomial, space.memory, space.highest, time, row_address(space, row))
 
 
+@compiled(**LEAN)
+def advance(space, t, time, row):
+    """The same, the step starting at t, and put on the constraints where there are any."""
+    sum_series(space, time, row)
+    if space.project != 0:
+        project_at_end(space, t, time, row_address(space, row))
+
+
 @compiled(**BY_ADDRESS)
 def within(where, theta):
     """The address of the state at part theta of the step."""
     space = _space_at(where)
     if theta == 0.0:
         return space.states_at
-    sum_series(space, theta * _course_at(space.course).length, WITHIN)
+    course = _course_at(space.course)
+    advance(space, course.start, theta * course.length, WITHIN)
     return row_address(space, WITHIN)
 
 

@@ -3,7 +3,8 @@
 With an order p and a step h = rho tol^(1/p), rho the radius of convergence, the first term left out is about tol of the
 solution. p = -ln(tol) / R makes that h = rho e^-R. Their R is 2: the work of an order grows like its number, and then
 this costs least a unit of time. Here most of the work of an order is the same for all, and a smaller R costs less;
-least without sums over lower orders, in linear models, whose solutions converge everywhere: rho then grows with p.
+less where constraints hold, as to put the end of a step on them costs as much as many orders do; least without sums
+over lower orders, in linear models, whose solutions converge everywhere: rho then grows with p.
 """
 
 import math
@@ -17,14 +18,15 @@ from qddot.runner.machine.memory import LEAN
 from qddot.runner.machine.series_memory import HIGHEST
 from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
-#: R without sums over lower orders, and with them; the lowest order. Beyond the highest one, terms of a linear model
-#: that cancel would be hundreds of times as large as their sum.
-PLAIN, RATIO, LOWEST = 0.4, 1.5, 5
+#: R without sums over lower orders, with them, and under constraints; the lowest order. Beyond the highest one, terms
+#: of a linear model that cancel would be hundreds of times as large as their sum.
+PLAIN, RATIO, HELD, LOWEST = 0.4, 1.5, 0.8, 5
 
 
-def order_for(rtol: float, sums: int) -> int:
-    """The order for a relative tolerance and a series with so many sums over lower orders."""
-    return min(HIGHEST, max(LOWEST, math.ceil(-math.log(rtol) / (RATIO if sums else PLAIN))))
+def order_for(rtol: float, sums: int, *, held: bool = False) -> int:
+    """The order for a relative tolerance and a series with so many sums over lower orders; held: under constraints."""
+    ratio = HELD if held else RATIO if sums else PLAIN
+    return min(HIGHEST, max(LOWEST, math.ceil(-math.log(rtol) / ratio)))
 
 
 @compiled(**LEAN)

@@ -1,0 +1,27 @@
+"""Machine code of series called as it is, without a method around it."""
+
+import ctypes
+
+import numpy as np
+
+
+def run(code, constants, first, inputs, order, t=0.0, sides=(), sense=1.0):
+    """Coefficients (order + 1, n) by the machine code; inputs: rows of coefficients."""
+    places = code.memory
+    buffer = np.zeros(places.size + 8)
+    memory = buffer[(-(buffer.ctypes.data // 8)) % 8 :][: places.size]
+    code.fill_factors(memory, np.asarray(constants, dtype=float))
+    memory[:2] = sense, t
+    memory[places.states : places.states + len(first)] = first
+    memory[places.sides : places.sides + len(sides)] = sides
+    for k, row in enumerate(inputs):
+        memory[places.inputs + k * places.input_stride :][: len(row)] = row
+    series = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64)(code.series)
+    series(memory.ctypes.data, order)
+    rows = memory[places.states :][: (order + 1) * places.state_stride].reshape(order + 1, -1)
+    target = np.zeros(places.state_stride)
+    sum_up = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_double, ctypes.c_void_p)(code.polynomial)
+    sum_up(memory.ctypes.data, order, 0.125, target.ctypes.data)
+    expected = sum(rows[k] * 0.125**k for k in range(order + 1))
+    np.testing.assert_allclose(target, expected, rtol=1e-13, atol=1e-14)
+    return rows[:, : len(first)]
