@@ -4,7 +4,7 @@ Gauss and Newton's iteration with halved steps on the coordinates that may move,
 metric of the masses; then the velocities, which the constraints hold linearly.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.load import Model, Parameters, as_model
-from qddot.runner.manifold import Manifold
+from qddot.runner.manifold import Manifold, terms
 from qddot.runner.switching import sides
 
 Vector = NDArray[np.float64]
@@ -66,13 +66,29 @@ def assembled(
     x, held = _start(model, initial, guess)
     if not model.tables.constraints:
         return x
+    return _found(_manifold(model, c, table, t0), x, held)
+
+
+def starts_of(model: Model, c: Vector, table: InputTable, t0: float) -> Callable[[Vector], Vector]:
+    """What gives a state as `assembled` does from a whole one x (n_states,), for many of them at the same instant."""
+    manifold, all_held = _manifold(model, c, table, t0), np.ones(len(model.state_names), dtype=bool)
+    return lambda x: _found(manifold, x, all_held)
+
+
+def _manifold(model: Model, c: Vector, table: InputTable, t0: float) -> Manifold:
+    """The constraints with the inputs at an instant."""
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)
-    search = _Search(Manifold(model, c, t0, u), held)
-    if held.all() and search.fulfilled(x):
+    return Manifold(model, c, t0, u)
+
+
+def _found(manifold: Manifold, x: Vector, held: NDArray[np.bool_]) -> Vector:
+    """The state on the constraints, from x; held: which of its entries are to stay."""
+    if held.all() and manifold.holds(x, NOTHING):
         return x
+    search = _Search(manifold, held)
     x = search.velocities(search.positions(x))
-    everything = _Search(search.manifold, np.zeros(len(x), dtype=bool))  # for what rounding of the given ones left
+    everything = _Search(manifold, np.zeros(len(x), dtype=bool))  # for what rounding of the given ones left
     return everything.velocities(everything.positions(x)) if held.any() else x
 
 
@@ -107,14 +123,6 @@ class _Search:
     def coordinates(self) -> int:
         """How many coordinates there are."""
         return self.manifold.model.tables.coordinates
-
-    def fulfilled(self, x: Vector) -> bool:
-        """Whether a state is on the constraints, positions and velocities."""
-        n, point = self.coordinates, self.manifold.at(x)
-        count, sizes = len(point.positions), np.abs(point.G)
-        on_positions = np.abs(point.positions) <= NOTHING * _terms(sizes[:count], x[:n])
-        on_velocities = np.abs(point.velocities) <= NOTHING * _terms(sizes, x[n : 2 * n])
-        return bool(on_positions.all() and on_velocities.all())
 
     def positions(self, x: Vector) -> Vector:
         """The state with its coordinates on the constraints."""
@@ -163,9 +171,9 @@ class _Search:
     def _check(self, x: Vector, residuals: Vector, G: Vector, values: Vector, what: str) -> None:
         """AssemblyError where residuals are more than rounding may leave of their terms, or of states of order 1."""
         constraints, names = self.manifold.constraints, self.manifold.model.state_names
-        terms = _terms(np.abs(G), values)
+        size = terms(G, values)
         some_free = np.array([(~self._held_of(what) & (row != 0)).any() for row in G], dtype=bool)
-        allowed = np.where(some_free, FOUND, GIVEN) * terms
+        allowed = np.where(some_free, FOUND, GIVEN) * size
         share = np.abs(residuals) / np.where(allowed > 0, allowed, FOUND)
         if not len(share) or share.max() <= 1.0:
             return
@@ -188,12 +196,6 @@ class _Search:
     def _held_of(self, what: str) -> NDArray[np.bool_]:
         n = self.coordinates
         return self.held[:n] if what == "position" else self.held[n : 2 * n]
-
-
-def _terms(sizes: Vector, values: Vector) -> Vector:
-    """How large the terms are that a residual is the sum of, the states being of order 1; sizes: those of G."""
-    found: Vector = sizes @ (np.abs(values) + 1.0)
-    return found
 
 
 def _sizes(G: Vector, masses: Vector) -> Vector:

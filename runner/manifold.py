@@ -54,9 +54,22 @@ class Manifold:
         whole = self.model.matrix("constraints")(self.t, x, self.u, self.c)
         return Point(whole[:n].diagonal(), whole[n:, :n], whole[n : n + self.n_positions, n], whole[n:, n + 1])
 
+    def holds(self, x: Vector, nothing: float) -> bool:
+        """Whether a state is on the constraints, positions and velocities, but for a part of the terms, see `terms`."""
+        n = self.model.tables.coordinates
+        of_constraints = self.model.matrix("constraints")(self.t, x, self.u, self.c)[n:]
+        allowed = nothing * terms(of_constraints[:, :n], x[: 2 * n].reshape(2, n).T)
+        return bool((np.abs(of_constraints[:, n:]) <= allowed).all())
+
     def tangent(self, x: Vector) -> Vector:
         """Columns (n_states, k), orthonormal, of the directions in which a state on the constraints may change."""
         return null_space(self.model.matrix("tangent")(self.t, x, self.u, self.c))
+
+
+def terms(G: Vector, values: Vector) -> Vector:
+    """How large the terms are that residuals are sums of, the states being of order 1; values (n,) or (n, k)."""
+    found: Vector = np.abs(G) @ (np.abs(values) + 1.0)
+    return found
 
 
 def held_by(model: Model) -> Held | None:

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from qddot.runner import checks
-from qddot.runner.assembly import assembled
+from qddot.runner.assembly import assembled, starts_of
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.columns import Between
 from qddot.runner.diagnosis import diagnosis
@@ -106,6 +106,12 @@ class Simulation:
         problem = self.problem.without_kernels()
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
+    @cached_property
+    def _start(self) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+        """What puts a whole state on the constraints of the model."""
+        assert self.model is not None
+        return starts_of(self.model, self.problem.constants, self.problem.inputs, self.problem.t0)
+
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
         """Integrate, from another state (n_states,) where one is given; returns and raises as `simulate`."""
         if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
@@ -115,7 +121,7 @@ class Simulation:
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
             if self.model is not None and self.model.tables.constraints:
-                x = assembled(self.model, problem.constants, problem.inputs, problem.t0, x)
+                x = self._start(x)
         problem = problem.started_from(x, self._workplaces)
         trajectory = integrate(problem, self.method, self.options)
         steps, end = trajectory.statistics.steps, float(trajectory.t[-1])

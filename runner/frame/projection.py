@@ -1,9 +1,8 @@
 """A state put back on the constraints of its model: by the nearest way in the metric of the mass matrix.
 
 Positions by Newton's iteration, M dq + G' l = 0 with G dq = -f(q, t), then velocities by solution of the same,
-G dv = -(G v + df/dt). A state that is near keeps its first factors: what M and G change by on the way is little. E.
-Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2; in the metric of M that is what impulses
-of the constraints would do. Constraints on positions stand first.
+G dv = -(G v + df/dt). E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2; in the metric
+of M that is what impulses of the constraints would do. Constraints on positions stand first.
 
 Loops call it by its address: it is no part of them, and compiled for models with constraints alone.
 """
@@ -16,21 +15,26 @@ from numba import types
 from numpy.typing import NDArray
 
 from qddot.runner.abi import VECTOR_KERNEL
+from qddot.runner.frame.held import (
+    HELD,
+    evaluate_constraints,
+    gradients_of,
+    held_at,
+    masses_of,
+    residuals_of,
+    right_of,
+    whole_of,
+    work_of,
+)
 from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.constrained_factors import distance, factorize, magnitude, solve
-from qddot.runner.machine.constrained_work import compiled_work_size, work_size
-from qddot.runner.machine.memory import LEAN, VIEW, address, floats, layout, matrix, record_at
-from qddot.runner.machine.pointers import call_kernel, calling, pointer
-from qddot.runner.matrices import scatter
+from qddot.runner.machine.constrained_pivots import MOST_WRITTEN_OUT, call_solver, solver
+from qddot.runner.machine.constrained_work import work_size
+from qddot.runner.machine.memory import LEAN, address, floats
+from qddot.runner.machine.pointers import calling, pointer
 from qddot.runner.problem import Held, Problem
 
-#: What a state is kept on, in addresses and lengths. constraints: their kernel, and how many there are of them, on
-#: positions the first n_positions; values, places (n_entries,): what the kernel writes, and where that stands; room:
-#: for `project`; constants (n_constants,) and u (channels,): those of the run.
-HELD = layout(
-    "constraints n coordinates n_constraints n_positions n_entries values places room constants n_constants u channels"
-)
 SIGNATURE = types.void(types.int64, types.float64, types.int64)
 
 #: Newton iterations; a distance from the constraints that is rounding, relative to the size of the coordinates.
@@ -64,6 +68,7 @@ def projection_for(
         "n_entries": pattern.entries,
         "n_constants": len(constants),
         "channels": len(u),
+        "solver": solver(coordinates, m) if m == held.positions and coordinates + m <= MOST_WRITTEN_OUT else 0,
     }
     for name, value in numbers.items():
         fields[name] = value
@@ -78,18 +83,77 @@ def _compiled() -> Any:
     return compiled(SIGNATURE, _nrt=False)(project)
 
 
-held_at, call_projection = record_at(HELD), calling(SIGNATURE)
+call_projection = calling(SIGNATURE)
 
 
 def project(where, t, x):
     """Put the state at address x on the constraints of the record at an address, at t: positions, then velocities."""
     held = held_at(where)
+    if held.solver != 0:
+        project_few(held, t, x)
+    else:
+        project_many(held, t, x)
+
+
+@compiled(**LEAN)
+def project_few(held, t, x):
+    """Where M and G are eliminated in no time: by solutions alone, each with those of the state as it is."""
     n, m = held.coordinates, held.n_constraints
-    M, G, right, work = _masses(held, n, m), _gradients(held, n, m), _right(held, n, m), _work(held, n, m)
-    residuals, q, v = _residuals(held, n, m), floats(x, n), floats(x + 8 * n, n)
+    M, right, residuals = masses_of(held, n, m), right_of(held, n, m), residuals_of(held, n, m)
+    q, v = floats(x, n), floats(x + 8 * n, n)
+    last = np.inf
+    for _ in range(MOST_CORRECTIONS):
+        evaluate_constraints(held, t, x, n, m)
+        _correct(held, q, residuals)
+        off = _norm(M, right)
+        if not off < np.inf:
+            return
+        if not ROUNDING * _norm(M, q) < off < STAGNANT * last:
+            break
+        for i in range(n):
+            q[i] += right[i]
+        last = off
+    whole = whole_of(held, n, m)
+    for j in range(m):
+        residuals[j] = whole[n + j, n + 1]
+    _correct(held, q, residuals)
+    for i in range(n):
+        v[i] += right[i]
+
+
+@compiled(**LEAN)
+def _correct(held, q, residuals):
+    """The least change (n,), in `_right`, that takes residuals away."""
+    n, m = held.coordinates, held.n_constraints
+    right = right_of(held, n, m)
+    for i in range(n):
+        right[i] = 0.0
+    for j in range(m):
+        right[n + j] = -residuals[j]
+    arrays = masses_of(held, n, m), gradients_of(held, n, m), right, residuals, q, work_of(held, n, m)
+    call_solver(held.solver, arrays)
+
+
+@compiled(**LEAN)
+def _norm(M, q):
+    """The size of a change of coordinates, or of these, in the metric of their masses; what has none counts most."""
+    n, largest, total = M.shape[0], 0.0, 0.0
+    for i in range(n):
+        largest = max(largest, M[i, i])
+    for i in range(n):
+        total += (M[i, i] if M[i, i] > 0.0 else largest) * q[i] * q[i]
+    return np.sqrt(total)
+
+
+@compiled(**LEAN)
+def project_many(held, t, x):
+    """Where factors are dear: a state that is near keeps its first ones, as M and G change little on the way."""
+    n, m = held.coordinates, held.n_constraints
+    M, G, right, work = masses_of(held, n, m), gradients_of(held, n, m), right_of(held, n, m), work_of(held, n, m)
+    residuals, q, v = residuals_of(held, n, m), floats(x, n), floats(x + 8 * n, n)
     last, near = np.inf, False
     for _ in range(MOST_CORRECTIONS):
-        _evaluate(held, t, x, n, m)
+        evaluate_constraints(held, t, x, n, m)
         if not near and not factorize(M, G, held.n_positions, residuals, q, work):
             return
         off, size = distance(n, m, residuals, work), magnitude(n, m, q, work)
@@ -101,7 +165,7 @@ def project(where, t, x):
         last, near = off, off < NEAR * size
     if held.n_positions < m:
         factorize(M, G, m, residuals, q, work)
-    whole = _whole(held, n, m)
+    whole = whole_of(held, n, m)
     for j in range(m):
         residuals[j] = whole[n + j, n + 1]
     for _ in range(1 + near):
@@ -139,52 +203,3 @@ def _solve_for(G, work, right, residuals):
     for j in range(m):
         right[n + j] = -residuals[j]
     solve(n, m, work, right)
-
-
-@compiled(**LEAN)
-def _evaluate(held, t, x, n, m):
-    """M, G and the residuals of positions."""
-    whole = _whole(held, n, m)
-    values = floats(held.values, held.n_entries)
-    u, c = floats(held.u, held.channels), floats(held.constants, held.n_constants)
-    call_kernel(held.constraints, t, floats(x, held.n), u, c, values)
-    scatter(held.values, held.places, held.n_entries, held.room, (n + m) * (n + 2))
-    M, G, residuals = _masses(held, n, m), _gradients(held, n, m), _residuals(held, n, m)
-    for i in range(n):
-        for k in range(i + 1):
-            M[i, k] = whole[i, k]
-    for j in range(m):
-        residuals[j] = whole[n + j, n]
-        for i in range(n):
-            G[j, i] = whole[n + j, i]
-
-
-@compiled(**VIEW)
-def _whole(held, n, m):
-    """What the kernel writes, (n + m, n + 2)."""
-    return matrix(held.room, n + m, n + 2)
-
-
-@compiled(**VIEW)
-def _masses(held, n, m):
-    return matrix(held.room + 8 * (n + m) * (n + 2), n, n)
-
-
-@compiled(**VIEW)
-def _gradients(held, n, m):
-    return matrix(held.room + 8 * ((n + m) * (n + 2) + n * n), m, n)
-
-
-@compiled(**VIEW)
-def _right(held, n, m):
-    return floats(held.room + 8 * ((n + m) * (2 * n + 2)), n + m)
-
-
-@compiled(**VIEW)
-def _residuals(held, n, m):
-    return floats(held.room + 8 * ((n + m) * (2 * n + 3)), m)
-
-
-@compiled(**VIEW)
-def _work(held, n, m):
-    return floats(held.room + 8 * ((n + m) * (2 * n + 3) + m), compiled_work_size(n, m))

@@ -7,6 +7,7 @@ that is from failing. All stays in registers; nothing is known of a number of co
 """
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from llvmlite import ir
@@ -14,7 +15,9 @@ from numba import types
 from numba.extending import intrinsic
 
 from qddot.runner.abi import MATRIX, VECTOR
-from qddot.runner.machine.pointers import call_named
+from qddot.runner.machine.compiled import compiled
+from qddot.runner.machine.memory import BY_ADDRESS
+from qddot.runner.machine.pointers import call_named, calling, pointer
 from qddot.runner.machine.sums import multiply_add, splat
 
 #: The part of what stood on the diagonal that a pivot must keep to count as sound: constraints are some thousandths of
@@ -56,6 +59,19 @@ def solved(typing_context: Any, n: Any, m: Any, M: Any, G: Any, right: Any, resi
         return context.get_dummy_value()
 
     return types.void(n, m, M, G, right, residuals, q, work), emit
+
+
+@cache
+def solver(n: int, m: int) -> int:
+    """The address of `solved` for so many, as compiled code calls it: (M, G, right, residuals, q, work)."""
+
+    def solve(M, G, right, residuals, q, work):  # type: ignore[no-untyped-def]
+        solved(n, m, M, G, right, residuals, q, work)
+
+    return pointer(compiled(SIGNATURE, **BY_ADDRESS)(solve), SIGNATURE, "solve")
+
+
+call_solver = calling(SIGNATURE)
 
 
 class _Elimination:
