@@ -91,7 +91,8 @@ def expected():
 
 METHODS = [
     ("tsit5", TIGHT, 1e-7), ("dop853", TIGHT, 1e-9), ("vern7", TIGHT, 1e-8), ("ode45", TIGHT, 1e-7),
-    ("rodas5p", TIGHT, 1e-7), ("ode15s", TIGHT, 1e-6), ("rk4", {"step": 1e-3, "switching": "locate"}, 1e-9),
+    ("taylor", TIGHT, 1e-9), ("rodas5p", TIGHT, 1e-7), ("ode15s", TIGHT, 1e-6),
+    ("rk4", {"step": 1e-3, "switching": "locate"}, 1e-9),
 ]  # fmt: skip
 
 

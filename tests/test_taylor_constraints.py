@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechanisms import coordinates, off, parallel_cranks, spherical_pendulum
+from mechanisms import coordinates, energy, off, parallel_cranks, parameters, spherical_pendulum
 from series_runs import run
 from sympy import Rational, Symbol, cos, sin, symbols
 
@@ -125,6 +125,70 @@ def test_constraints_that_an_input_moves(made):
     )
     assert np.allclose(found.states[-1], beside.states[-1], rtol=0, atol=1e-8)
     assert np.ptp(found["x_1"] + found["x_2"]) > 0.05
+
+
+def linkage(seed):
+    """Bars pinned to each other or to the ground at random, the last end on a line or on a rod; place and speeds.
+
+    Their angles count from the vertical or from that of the bar before.
+    """
+    chance = np.random.default_rng(seed)
+    count = int(chance.integers(2, 5))
+    names = " ".join(f"q_{i}" for i in range(count))
+    place = {Symbol(f"q_{i}"): chance.uniform(-1, 1) for i in range(count)}
+    numbers: dict[str, tuple[float, str]] = {"g": (9.81, "m/s^2")}
+    ends, angles, kinetic, potential = [(0, 0)], [0], 0, 0
+    rates = {q: Symbol(f"qdot_{i}") for i, q in enumerate(place)}
+    for i, q in enumerate(place):
+        numbers |= {f"m_{i}": (chance.uniform(0.5, 2), "kg"), f"l_{i}": (chance.uniform(0.3, 1), "m")}
+        m, length = Symbol(f"m_{i}"), Symbol(f"l_{i}")
+        before = int(chance.integers(0, len(ends)))
+        angle = q + (angles[before] if chance.random() < 0.5 else 0)
+        way = sin(angle), -cos(angle)
+        middle = [each + length / 2 * w for each, w in zip(ends[before], way, strict=True)]
+        speeds = [sum(part.diff(each) * rate for each, rate in rates.items()) for part in middle]
+        turn = sum(angle.diff(each) * rate for each, rate in rates.items())
+        kinetic += m * (speeds[0] ** 2 + speeds[1] ** 2) / 2 + m * length**2 / 24 * turn**2
+        potential += m * Symbol("g") * middle[1] + Symbol("k") * q**2 / 2
+        ends.append(tuple(each + length * w for each, w in zip(ends[before], way, strict=True)))
+        angles.append(angle)
+    numbers["k"] = (chance.uniform(0, 5), "N m/rad")
+    known = place | {Symbol(name): value for name, (value, _) in numbers.items()}
+    (x, y), (a, b, rod) = ends[-1], symbols("a b rod")
+    away = [float(each.subs(known)) + chance.uniform(0.2, 0.6) for each in (x, y)]
+    far = np.hypot(*(float(each.subs(known)) - at for each, at in zip((x, y), away, strict=True)))
+    if seed % 2:
+        held, unit = (x - a) ** 2 + (y - b) ** 2 - rod**2, "N/m"
+        numbers |= {"a": (away[0], "m"), "b": (away[1], "m"), "rod": (far, "m")}
+    else:
+        held, unit = y - b, "N"
+        numbers["b"] = float(y.subs(known)), "m"
+    system = System(
+        name=f"linkage_{seed}",
+        title="Bars of which the last is held at its end",
+        coordinates=coordinates("rad", names),
+        parameters=parameters(**numbers),
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+        constraints=[Constraint(Symbol("lam"), held, unit, "a line or a rod")],
+    )
+    return system, {str(q): value for q, value in place.items()}, chance.uniform(-1, 1, count)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_linkages_drawn_at_random_agree_with_dop853_and_keep_their_energy(made, seed):
+    system, place, speeds = linkage(seed)
+    model = made(system)
+    guess = place | {f"qdot_{i}": speed for i, speed in enumerate(speeds)}
+    start = qddot.assemble(model, guess=guess)
+    found, beside = (
+        qddot.simulate(model, (0, 1), method=method, initial=start, **TIGHT) for method in ("taylor", "dop853")
+    )
+    size = 1 + np.abs(beside.states).max()
+    assert np.allclose(found.states[-1], beside.states[-1], rtol=0, atol=1e-7 * size), seed
+    assert off(model, found).max() < 1e-11 * size
+    total = energy(model, found)
+    assert np.ptp(total) < 1e-8 * (1 + np.abs(total).max()), seed
 
 
 def test_a_mass_matrix_that_is_singular_alone(made):
