@@ -3,11 +3,12 @@
 Rows of [M G'; G 0] are eliminated in their order: pivots of M are positive, and those of constraints, of -G M^-1 G',
 negative (Golub & Van Loan, Matrix Computations, section 4.1; such a matrix has LDL' in this order whenever M is
 positive definite and constraints are independent). How much of what stood on the diagonal a pivot keeps tells how far
-that is from failing. All stays in registers; nothing is known of a number of coordinates at run time.
+that is from failing.
 """
 
 from collections.abc import Sequence
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from llvmlite import ir
@@ -64,6 +65,7 @@ def solved(typing_context: Any, n: Any, m: Any, M: Any, G: Any, right: Any, resi
 @cache
 def solver(n: int, m: int) -> int:
     """The address of `solved` for so many, as compiled code calls it: (M, G, right, residuals, q, work)."""
+    import_module("qddot.runner.machine.constrained")  # which makes CAREFUL known
 
     def solve(M, G, right, residuals, q, work):  # type: ignore[no-untyped-def]
         solved(n, m, M, G, right, residuals, q, work)
