@@ -63,19 +63,23 @@ def assembled(
     model: Model, c: Vector, table: InputTable, t0: float, initial: Values, guess: Values | None = None
 ) -> Vector:
     """As `assemble`, for constants c and bound inputs."""
-    x, held = _start(model, initial, guess)
     if not model.tables.constraints:
-        return x
-    return _found(_manifold(model, c, table, t0), x, held)
+        return _start(model, initial, guess)[0]
+    return assembled_on(manifold_of(model, c, table, t0), initial, guess)
+
+
+def assembled_on(manifold: Manifold, initial: Values, guess: Values | None = None) -> Vector:
+    """The same on constraints that are known."""
+    return _found(manifold, *_start(manifold.model, initial, guess))
 
 
 def starts_of(model: Model, c: Vector, table: InputTable, t0: float) -> Callable[[Vector], Vector]:
     """What gives a state as `assembled` does from a whole one x (n_states,), for many of them at the same instant."""
-    manifold, all_held = _manifold(model, c, table, t0), np.ones(len(model.state_names), dtype=bool)
+    manifold, all_held = manifold_of(model, c, table, t0), np.ones(len(model.state_names), dtype=bool)
     return lambda x: _found(manifold, x, all_held)
 
 
-def _manifold(model: Model, c: Vector, table: InputTable, t0: float) -> Manifold:
+def manifold_of(model: Model, c: Vector, table: InputTable, t0: float) -> Manifold:
     """The constraints with the inputs at an instant."""
     u = np.zeros(max(1, len(table.first)))
     evaluate(table, reader_for(table), t0, t0, len(table.first), u)

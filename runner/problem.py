@@ -143,9 +143,15 @@ class Problem:
     sense: int = 1
     workplaces: dict[Any, list[Any]] | None = field(default=None, init=False, repr=False)
 
-    def started_from(self, x: NDArray[np.float64], workplaces: dict[Any, list[Any]]) -> "Problem":
-        """The same from another initial state (n_states,), to be run where `workplaces` has what such runs need."""
-        return unchecked(Problem, vars(self) | {"initial_state": x, "workplaces": workplaces})
+    def started_from(
+        self, x: NDArray[np.float64], workplaces: dict[Any, list[Any]], constants: NDArray[np.float64] | None = None
+    ) -> "Problem":
+        """The same from another initial state (n_states,), to be run where `workplaces` has what such runs need.
+
+        constants: others, where they are given.
+        """
+        changed = {"initial_state": x, "workplaces": workplaces}
+        return unchecked(Problem, vars(self) | changed | ({} if constants is None else {"constants": constants}))
 
     def without_kernels(self) -> "Problem":
         """The same, with nothing of a model's kernels: what can be pickled."""

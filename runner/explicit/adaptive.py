@@ -18,7 +18,7 @@ from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.step_control import CONTROL, control_for
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import Marching, counting, restorer, run_in_place
+from qddot.runner.frame.workplace import Marching, counting, restorer, run_in_place, taking
 from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.memory import BLOCK, place, record
 from qddot.runner.options import Options
@@ -82,6 +82,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         restorer(
             space, course, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)
         ),
+        taking(problem, partial(np.copyto, space_arrays["constants"])),
         (space_arrays, watch_arrays, sides_arrays),
     )
 

@@ -1,6 +1,6 @@
 """Fixed-step marching: plans the steps and the saved points of a run for the compiled loop of `march`."""
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,7 @@ from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import grid_stops
-from qddot.runner.frame.workplace import Marching, restorer, run_in_place
+from qddot.runner.frame.workplace import Marching, restorer, run_in_place, taking
 from qddot.runner.inputs.short import with_stops
 from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.memory import BLOCK, place, reading, record
@@ -93,6 +93,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         restorer(
             space, march, log.record, watch, sides, space_arrays["reader"], space_arrays["u"], *kept(sides_arrays)
         ),
+        taking(problem, partial(np.copyto, space_arrays["constants"])),
         (space_arrays, watch_arrays, sides_arrays),
         "failed_at",
     )

@@ -28,7 +28,10 @@ class Workplace(Protocol):
     """Arrays and records of one run at a time."""
 
     def run(self, problem: Problem) -> tuple[Trajectory, bool]:
-        """The trajectory from problem.initial_state, all else as it was made for, and whether it may be used again."""
+        """The trajectory of a problem, and whether the workplace may be used again.
+
+        All is as it was made for but problem.initial_state and problem.constants.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +39,8 @@ class Marching:
     """Where a compiled loop goes on slice by slice, and saves into a log what it finds.
 
     course: the loop's record, with the time in `now` and the state that failed; `state` (n,) is the loop's own.
-    counts: the statistics of the run so far, by name. failed_at: what in the course is the time of a failure. arrays:
-    what the records know by address.
+    counts: the statistics of the run so far, by name. take: see `taking`. failed_at: what in the course is the time of
+    a failure. arrays: what the records know by address.
     """
 
     options: Options
@@ -47,6 +50,7 @@ class Marching:
     one_slice: Callable[[], int]
     counts: Callable[[], dict[str, int]]
     restore: Callable[[], None]
+    take: Callable[[NDArray[np.float64]], None]
     arrays: Any
     failed_at: str = "now"
 
@@ -54,6 +58,7 @@ class Marching:
         """See `Workplace`."""
         start, options, log = working_time(), self.options, self.log
         self.restore()
+        self.take(problem.constants)
         self.state[:] = problem.initial_state
         log.begin(problem.initial_state)
         status = run_slices(
@@ -98,6 +103,20 @@ def counting(course: np.void, *names: str) -> Callable[[], dict[str, int]]:
     """What reads the statistics of these names, two or more, in a record."""
     counts = reading(course, *names)
     return lambda: dict(zip(names, counts(), strict=True))
+
+
+def taking(problem: Problem, *copies: Callable[[NDArray[np.float64]], None]) -> Callable[[NDArray[np.float64]], None]:
+    """What hands constants (n_constants,) to all that have a copy, where they are not those of the run before."""
+    before = problem.constants
+
+    def take(constants: NDArray[np.float64]) -> None:
+        nonlocal before
+        if constants is not before:
+            for copy in copies:
+                copy(constants)
+            before = constants
+
+    return take
 
 
 def restorer(*places: Any) -> Callable[[], None]:

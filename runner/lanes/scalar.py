@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,9 +10,10 @@ from qddot.runner.frame.acting import acting_of
 from qddot.runner.frame.hold import switching_of
 from qddot.runner.frame.spans import integrate
 from qddot.runner.frame.stretches import as_run
-from qddot.runner.lanes.starts import table_of
+from qddot.runner.lanes.starts import repeated, table_of
 from qddot.runner.machine.compiling import working_time
 from qddot.runner.manifold import held_by, resting_of
+from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Status, Trajectory
 from qddot.runner.result import outputs_of
 
@@ -22,16 +23,13 @@ if TYPE_CHECKING:
 
 def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:
     """Integrate run after run, each as `simulate` does, into the arrays of the task."""
-    arrays, started = task.arrays, working_time()
+    arrays, started, runs = task.arrays, working_time(), _Runs(task)
     for run in range(task.runs):
         left = None if time_limit is None else time_limit - (working_time() - started)
         if left is not None and left <= 0:
             arrays["status"][run:] = int(Status.TIME_LIMIT)
             return
-        problem, times = problem_of(task, run), arrays["times"][run]
-        t0, t1 = problem.t0, problem.t1
-        wanted = times[(times >= t0) & (times <= t1)]
-        options = replace(task.options, output_times=wanted if len(wanted) else np.array([t1]), time_limit=left)
+        problem, options = runs.take(run, left)
         trajectory = integrate(problem, task.method, options)
         _write(task, run, as_run(problem, trajectory), trajectory)
         if trajectory.status is Status.INTERRUPTED:
@@ -39,6 +37,33 @@ def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_
             return
         if progress is not None:
             progress((run + 1) / task.runs)
+
+
+class _Runs:
+    """The runs one after another: those that differ by start and parameters alone share where they work."""
+
+    def __init__(self, task: "Task") -> None:
+        self._task, inputs = task, task.inputs
+        spans = (task.arrays[name] for name in ("t0", "t1", "times"))
+        self._same = repeated(*spans, inputs.table, inputs.rate, inputs.offset)
+
+    def take(self, run: int, time_limit: float | None) -> tuple[Problem, Options]:
+        """The problem of a run, and its options."""
+        task, arrays = self._task, self._task.arrays
+        if time_limit is not None or task.method.family == "exact":  # whose matrices are made of the parameters
+            return problem_of(task, run), _options_of(task, run, time_limit)
+        if not self._same[run]:
+            self._workplaces = dict[Any, list[Any]]()
+            self._problem, self._options = problem_of(task, run), _options_of(task, run, None)
+        problem = self._problem.started_from(arrays["initial"][run], self._workplaces, arrays["constants"][run])
+        return problem, self._options
+
+
+def _options_of(task: "Task", run: int, time_limit: float | None) -> Options:
+    """The options of one run."""
+    times, t0, t1 = (task.arrays[name][run] for name in ("times", "t0", "t1"))
+    wanted = times[(times >= t0) & (times <= t1)]
+    return replace(task.options, output_times=wanted if len(wanted) else np.array([t1]), time_limit=time_limit)
 
 
 def problem_of(task: "Task", run: int) -> Problem:

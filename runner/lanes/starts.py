@@ -1,6 +1,7 @@
 """What every run of a batch starts with: its constants and its static equilibrium, for all runs at once."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -9,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from qddot.runner import abi
-from qddot.runner.assembly import AssemblyError, assembled
+from qddot.runner.assembly import AssemblyError, assembled_on, manifold_of
 from qddot.runner.equilibrium import AT_REST, EquilibriumError, rest, still
 from qddot.runner.inputs.signal import InputTable, Signal
 from qddot.runner.lanes.signals import BatchTable
@@ -132,15 +133,28 @@ def assemblies(
     Raises AssemblyError where no run has one.
     """
     found, reasons = np.full(x.shape, np.nan), dict[int, str]()
+    same = repeated(t0, table.table, table.rate, table.offset)
     for run in range(len(x)):
         held = x[run] if named is None else {name: float(x[run, model.state_names.index(name)]) for name in named}
         try:
-            found[run] = assembled(model, c[run], table_of(table, run), float(t0[run]), held, guess[run])
+            if not same[run]:
+                manifold = manifold_of(model, c[run], table_of(table, run), float(t0[run]))
+            found[run] = assembled_on(replace(manifold, c=c[run]), held, guess[run])
         except AssemblyError as error:
             reasons[run] = str(error)
     if len(x) and len(reasons) == len(x):
         raise AssemblyError(f"run 0: {reasons[0]}")
     return found, reasons
+
+
+def repeated(*rows: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which runs (runs,) have the same in all of these (runs, ...) as the run before; what is no number is the same."""
+    same = np.ones(len(rows[0]), dtype=bool)
+    same[:1] = False
+    for each in rows:
+        alike = (each[1:] == each[:-1]) | (np.isnan(each[1:]) & np.isnan(each[:-1]))
+        same[1:] &= alike.all(axis=tuple(range(1, alike.ndim)))
+    return same
 
 
 def table_of(table: BatchTable, run: int) -> InputTable:

@@ -10,7 +10,7 @@ import json
 import os
 import tempfile
 from dataclasses import dataclass, fields
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -54,8 +54,17 @@ class SeriesCode:
 
     def fill_factors(self, memory: NDArray[np.float64], constants: NDArray[np.float64]) -> None:
         """Write the factors of a run alone that depend on parameters for these constants."""
-        for place, number, names in self.memory.factors:
-            memory[place] = number * np.prod(constants[list(names)]) if names else number
+        places, numbers, names = self._factors
+        memory[places] = numbers * np.append(constants, 1.0)[names].prod(axis=1)
+
+    @cached_property
+    def _factors(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+        """Their places and numbers (n,), and the constants that they are multiplied by (n, most); the last is 1."""
+        factors = self.memory.factors
+        names = np.full((len(factors), max((len(each) for _, _, each in factors), default=0)), -1)
+        for row, (_, _, each) in zip(names, factors, strict=True):
+            row[: len(each)] = each
+        return np.array([p for p, _, _ in factors], dtype=np.int64), np.array([x for _, x, _ in factors]), names
 
 
 @dataclass(frozen=True)

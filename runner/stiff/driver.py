@@ -18,7 +18,7 @@ from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import counting, restorer
+from qddot.runner.frame.workplace import counting, restorer, taking
 from qddot.runner.inputs.instants import after
 from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.compiling import working_time
@@ -45,12 +45,14 @@ class StiffWorkplace:
     counts: Callable[[], dict[str, int]]
     most_events: int
     restore: Callable[[], None]
+    take: Callable[[NDArray[np.float64]], None]
     arrays: Any
 
     def run(self, problem: Problem) -> tuple[Trajectory, bool]:
         """See `Workplace`."""
         start, s, log, rows, options = working_time(), self.s, self.log, self.rows, self.options
         self.restore()
+        self.take(problem.constants)
         rows[X] = problem.initial_state
         log.begin(problem.initial_state)
 
@@ -115,6 +117,7 @@ def stiff_workplace(
         restorer(
             space, s, log.record, watch, sides, *(arrays[name] for name in ("work", "reader", "u")), *kept(sides_arrays)
         ),
+        taking(problem, partial(np.copyto, arrays["constants"])),
         (arrays, watch_arrays, sides_arrays),
     )
 

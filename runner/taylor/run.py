@@ -12,7 +12,7 @@ from qddot.runner.frame.output_times import wanted_times
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.search import WATCH
 from qddot.runner.frame.stops import stops_to_end
-from qddot.runner.frame.workplace import Marching, counting, restorer, run_in_place
+from qddot.runner.frame.workplace import Marching, counting, restorer, run_in_place, taking
 from qddot.runner.machine.by_places import Loop, by_places
 from qddot.runner.machine.memory import place, record
 from qddot.runner.options import Options
@@ -80,6 +80,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
         log.roomy(go_on, int(watch["most"])),
         counting(course, *COUNTS),
         restorer(course, log.record, watch, arrays["reader"], memory[places.sides :][: len(code.table.sides)]),
+        taking(problem, partial(np.copyto, arrays["constants"]), partial(code.fill_factors, memory)),
         (space, arrays, watch_arrays),
     )
 
