@@ -117,6 +117,19 @@ def test_elimination_written_out_leaves_to_others_what_is_not_sound():
     assert np.isnan(right).all()
 
 
+def test_a_constraint_without_a_gradient_is_left_out_where_elimination_is_written_out():
+    """As a contact that does not rest, or one at a place where it says nothing."""
+    solve, chance = written_out(3, 2), np.random.default_rng(4)
+    M, f, G = inertia(chance, 3) + np.eye(3), chance.normal(size=3), chance.normal(size=(2, 3))
+    for place in (0, 1):
+        gradients, gamma = G.copy(), chance.normal(size=2)
+        gradients[place] = 0.0
+        right, careful = solve(M, gradients, f, gamma)
+        a, multipliers, *_ = found_for(M, gradients, f, gamma)
+        assert not careful and right[3 + place] == multipliers[place] == 0.0
+        assert np.allclose(right, [*a, *multipliers], rtol=1e-12, atol=1e-12)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_a_mass_matrix_that_is_singular_alone(seed):
     chance = np.random.default_rng(seed)

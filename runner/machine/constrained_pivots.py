@@ -88,17 +88,24 @@ class _Elimination:
 
     def solve(self) -> tuple[Any, Sequence[Any]]:
         """Whether all pivots are sound, and the solution."""
+        builder, n = self._builder, self._n
         rows = [self._row(i) for i in range(self._size)]
         sound: Any = ir.Constant(ir.IntType(1), 1)
         scaled: list[Row] = []
-        for first, last, order in ((0, self._n, ">"), (self._n, self._size, "<")):
+        absent: list[Any] = []
+        for first, last, order in ((0, n, ">"), (n, self._size, "<")):
             whole = [self._item(row, i) for i, row in enumerate(rows)]
             for k in range(first, last):
                 pivot = self._item(rows[k], k)
-                least = self._builder.fmul(_SCALAR(SOUND), whole[k])
-                sound = self._builder.and_(sound, self._builder.fcmp_ordered(order, pivot, least))
+                if k >= n:  # a contact that does not rest says nothing: its gradient is zero
+                    absent.append(builder.fcmp_ordered("==", whole[k], _SCALAR(0.0)))
+                    pivot = builder.select(absent[-1], _SCALAR(-1.0), pivot)
+                least = builder.fmul(_SCALAR(SOUND), whole[k])
+                sound = builder.and_(sound, builder.fcmp_ordered(order, pivot, least))
                 scaled.append(self._eliminated(rows, k, pivot))
-        return sound, self._substituted(scaled)
+        found = self._substituted(scaled)
+        multipliers = [builder.select(each, _SCALAR(0.0), x) for each, x in zip(absent, found[n:], strict=True)]
+        return sound, [*found[:n], *multipliers]
 
     def _row(self, i: int) -> Row:
         """Row i of the upper half, with its right side, in vectors; zeros before the diagonal."""
