@@ -1,10 +1,11 @@
 """Runs of a batch one by one, for methods and models that do not go in lanes; the results are laid out the same."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from qddot.runner.frame.acting import acting_of
 from qddot.runner.frame.hold import switching_of
@@ -23,13 +24,15 @@ if TYPE_CHECKING:
 
 def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_limit: float | None) -> None:
     """Integrate run after run, each as `simulate` does, into the arrays of the task."""
-    arrays, started, runs = task.arrays, working_time(), _Runs(task)
+    arrays, started, alike, shared = task.arrays, working_time(), _alike(task), None
     for run in range(task.runs):
         left = None if time_limit is None else time_limit - (working_time() - started)
         if left is not None and left <= 0:
             arrays["status"][run:] = int(Status.TIME_LIMIT)
             return
-        problem, options = runs.take(run, left)
+        if shared is None or left is not None or not alike[run]:
+            shared = _Alike(problem_of(task, run), _options_of(task, run, left))
+        problem, options = shared.of(task, run)
         trajectory = integrate(problem, task.method, options)
         _write(task, run, as_run(problem, trajectory), trajectory)
         if trajectory.status is Status.INTERRUPTED:
@@ -39,24 +42,24 @@ def run_one_by_one(task: "Task", progress: Callable[[float], None] | None, time_
             progress((run + 1) / task.runs)
 
 
-class _Runs:
-    """The runs one after another: those that differ by start and parameters alone share where they work."""
+@dataclass(frozen=True)
+class _Alike:
+    """What runs share that follow each other and differ by start and parameters alone."""
 
-    def __init__(self, task: "Task") -> None:
-        self._task, inputs = task, task.inputs
-        spans = (task.arrays[name] for name in ("t0", "t1", "times"))
-        self._same = repeated(*spans, inputs.table, inputs.rate, inputs.offset)
+    problem: Problem
+    options: Options
+    workplaces: dict[Any, list[Any]] = field(default_factory=dict)
 
-    def take(self, run: int, time_limit: float | None) -> tuple[Problem, Options]:
+    def of(self, task: "Task", run: int) -> tuple[Problem, Options]:
         """The problem of a run, and its options."""
-        task, arrays = self._task, self._task.arrays
-        if time_limit is not None or task.method.family == "exact":  # whose matrices are made of the parameters
-            return problem_of(task, run), _options_of(task, run, time_limit)
-        if not self._same[run]:
-            self._workplaces = dict[Any, list[Any]]()
-            self._problem, self._options = problem_of(task, run), _options_of(task, run, None)
-        problem = self._problem.started_from(arrays["initial"][run], self._workplaces, arrays["constants"][run])
-        return problem, self._options
+        initial, constants = task.arrays["initial"][run], task.arrays["constants"][run]
+        return self.problem.started_from(initial, self.workplaces, constants), self.options
+
+
+def _alike(task: "Task") -> NDArray[np.bool_]:
+    """Which runs (runs,) share what they work with with the run before; none where parameters are in all of that."""
+    spans = (task.arrays[name] for name in ("t0", "t1", "times"))
+    return repeated(*spans, task.inputs.table, task.inputs.rate, task.inputs.offset) & (task.method.family != "exact")
 
 
 def _options_of(task: "Task", run: int, time_limit: float | None) -> Options:
