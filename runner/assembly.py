@@ -4,7 +4,7 @@ Gauss and Newton's iteration with halved steps on the coordinates that may move,
 metric of the masses; then the velocities, which the constraints hold linearly.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,12 +71,6 @@ def assembled(
 def assembled_on(manifold: Manifold, initial: Values, guess: Values | None = None) -> Vector:
     """The same on constraints that are known."""
     return _found(manifold, *_start(manifold.model, initial, guess))
-
-
-def starts_of(model: Model, c: Vector, table: InputTable, t0: float) -> Callable[[Vector], Vector]:
-    """What gives a state as `assembled` does from a whole one x (n_states,), for many of them at the same instant."""
-    manifold, all_held = manifold_of(model, c, table, t0), np.ones(len(model.state_names), dtype=bool)
-    return lambda x: _found(manifold, x, all_held)
 
 
 def manifold_of(model: Model, c: Vector, table: InputTable, t0: float) -> Manifold:

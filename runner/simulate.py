@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from qddot.runner import checks
-from qddot.runner.assembly import assembled, starts_of
+from qddot.runner.assembly import assembled, assembled_on, manifold_of
 from qddot.runner.checks import finite, finite_state, shown, unknown
 from qddot.runner.columns import Between
 from qddot.runner.diagnosis import diagnosis
@@ -24,7 +24,7 @@ from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.signal import Signal
 from qddot.runner.keywords import OptionKeywords
 from qddot.runner.load import Model, Parameters, as_model
-from qddot.runner.manifold import held_by, resting_of
+from qddot.runner.manifold import Manifold, held_by, resting_of
 from qddot.runner.matrices import PlacedKernel
 from qddot.runner.method import Method
 from qddot.runner.methods import find_method
@@ -107,10 +107,10 @@ class Simulation:
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     @cached_property
-    def _start(self) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-        """What puts a whole state on the constraints of the model."""
+    def _manifold(self) -> Manifold:
+        """The constraints of the model where runs start."""
         assert self.model is not None
-        return starts_of(self.model, self.problem.constants, self.problem.inputs, self.problem.t0)
+        return manifold_of(self.model, self.problem.constants, self.problem.inputs, self.problem.t0)
 
     def __call__(self, initial: ArrayLike | None = None, *, on_failure: str = "raise") -> Solution:
         """Integrate, from another state (n_states,) where one is given; returns and raises as `simulate`."""
@@ -121,7 +121,7 @@ class Simulation:
         if initial is not None:
             x = finite_state(self.subject.name, initial, problem.state_names)
             if self.model is not None and self.model.tables.constraints:
-                x = self._start(x)
+                x = assembled_on(self._manifold, x)
         problem = problem.started_from(x, self._workplaces)
         trajectory = integrate(problem, self.method, self.options)
         steps, end = trajectory.statistics.steps, float(trajectory.t[-1])

@@ -99,12 +99,12 @@ def project(where, t, x):
 def project_few(held, t, x):
     """Where M and G are eliminated in no time: by solutions alone, each with those of the state as it is."""
     n, m = held.coordinates, held.n_constraints
-    M, right, residuals = masses_of(held, n, m), right_of(held, n, m), residuals_of(held, n, m)
+    M, right = masses_of(held, n, m), right_of(held, n, m)
     q, v = floats(x, n), floats(x + 8 * n, n)
     last = np.inf
     for _ in range(MOST_CORRECTIONS):
         evaluate_constraints(held, t, x, n, m)
-        _correct(held, q, residuals)
+        _correct(held, q)
         off = _norm(M, right)
         if not off < np.inf:
             return
@@ -113,25 +113,47 @@ def project_few(held, t, x):
         for i in range(n):
             q[i] += right[i]
         last = off
-    whole = whole_of(held, n, m)
-    for j in range(m):
-        residuals[j] = whole[n + j, n + 1]
-    _correct(held, q, residuals)
+    _turn_to_velocities(held)
+    _correct(held, q)
     for i in range(n):
         v[i] += right[i]
 
 
 @compiled(**LEAN)
-def _correct(held, q, residuals):
-    """The least change (n,), in `_right`, that takes residuals away."""
+def _correct(held, q):
+    """The least change (n,), in `right_of`, that takes residuals away."""
     n, m = held.coordinates, held.n_constraints
-    right = right_of(held, n, m)
+    _ask(held)
+    M, G, right = masses_of(held, n, m), gradients_of(held, n, m), right_of(held, n, m)
+    call_solver(held.solver, (M, G, right, residuals_of(held, n, m), q, work_of(held, n, m)))
+
+
+@compiled(**LEAN)
+def _correct_by_factors(held):
+    """The same by the factors in the workspace."""
+    n, m = held.coordinates, held.n_constraints
+    _ask(held)
+    solve(n, m, work_of(held, n, m), right_of(held, n, m))
+
+
+@compiled(**LEAN)
+def _ask(held):
+    """The right side for a change that takes the residuals away, and costs least."""
+    n, m = held.coordinates, held.n_constraints
+    right, residuals = right_of(held, n, m), residuals_of(held, n, m)
     for i in range(n):
         right[i] = 0.0
     for j in range(m):
         right[n + j] = -residuals[j]
-    arrays = masses_of(held, n, m), gradients_of(held, n, m), right, residuals, q, work_of(held, n, m)
-    call_solver(held.solver, arrays)
+
+
+@compiled(**LEAN)
+def _turn_to_velocities(held):
+    """Put the residuals of velocities in the place of those of positions."""
+    n, m = held.coordinates, held.n_constraints
+    whole, residuals = whole_of(held, n, m), residuals_of(held, n, m)
+    for j in range(m):
+        residuals[j] = whole[n + j, n + 1]
 
 
 @compiled(**LEAN)
@@ -159,17 +181,15 @@ def project_many(held, t, x):
         off, size = distance(n, m, residuals, work), magnitude(n, m, q, work)
         if not ROUNDING * size < off < STAGNANT * last:
             break
-        _solve_for(G, work, right, residuals)
+        _correct_by_factors(held)
         for i in range(n):
             q[i] += right[i]
         last, near = off, off < NEAR * size
     if held.n_positions < m:
         factorize(M, G, m, residuals, q, work)
-    whole = whole_of(held, n, m)
-    for j in range(m):
-        residuals[j] = whole[n + j, n + 1]
+    _turn_to_velocities(held)
     for _ in range(1 + near):
-        _solve_for(G, work, right, residuals)
+        _correct_by_factors(held)
         for i in range(n):
             v[i] += right[i]
             for j in range(m):
@@ -192,14 +212,3 @@ def _project_rows(function, held, table, reader, t, u, states, n):
     for i in range(len(t)):
         evaluate(table, reader, t[i], t[i], len(table.first), u)
         call_projection(function, (held, t[i], states + 8 * n * i))
-
-
-@compiled(**LEAN)
-def _solve_for(G, work, right, residuals):
-    """The least change (n,), in right, that takes the residuals away."""
-    m, n = G.shape
-    for i in range(n):
-        right[i] = 0.0
-    for j in range(m):
-        right[n + j] = -residuals[j]
-    solve(n, m, work, right)

@@ -4,13 +4,14 @@ A loop over a handful of numbers is none that LLVM makes vectors of; a row whose
 one without a loop over what is left. All arguments are addresses but factors, and `count`: how many fours a row has.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from qddot.runner.machine.memory import intrinsic
+from qddot.runner.machine.memory import intrinsic, intrinsic_of
 from qddot.runner.machine.sums import at_address, multiply_add, splat
 
 #: Numbers at once.
@@ -28,53 +29,28 @@ def _each(builder: Any, count: Any, rows: Any, made: Any) -> None:
         builder.store(made(*(builder.load(place, align=8) for place in places)), places[0], align=8)
 
 
-@intrinsic
-def fill(typing_context: Any, target: Any, value: Any, count: Any) -> Any:
-    """target[i] = value."""
+def _on_rows(kinds: str, made: Callable[..., Any]) -> Any:
+    """What puts made(builder, fours of the rows, factors) into the first row; kinds: r for a row, f for a factor."""
+    signature = types.void(*(_ADDRESS if kind == "r" else _NUMBER for kind in kinds), types.int64)
 
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        target, value, count = arguments
-        _each(builder, count, [target], lambda _: splat(builder, value, FOUR))
+    def emit(context: Any, builder: Any, own: Any, arguments: Any) -> Any:
+        *given, count = arguments
+        rows = [each for each, kind in zip(given, kinds, strict=True) if kind == "r"]
+        factors = [splat(builder, each, FOUR) for each, kind in zip(given, kinds, strict=True) if kind == "f"]
+        _each(builder, count, rows, lambda *fours: made(builder, *fours, *factors))
         return context.get_dummy_value()
 
-    return types.void(_ADDRESS, _NUMBER, types.int64), emit
+    return intrinsic_of(len(signature.args), lambda *_: (signature, emit))
 
 
-@intrinsic
-def scale(typing_context: Any, target: Any, factor: Any, count: Any) -> Any:
-    """target[i] *= factor."""
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        target, factor, count = arguments
-        _each(builder, count, [target], lambda x: builder.fmul(x, splat(builder, factor, FOUR)))
-        return context.get_dummy_value()
-
-    return types.void(_ADDRESS, _NUMBER, types.int64), emit
-
-
-@intrinsic
-def multiply(typing_context: Any, target: Any, source: Any, count: Any) -> Any:
-    """target[i] *= source[i]."""
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        target, source, count = arguments
-        _each(builder, count, [target, source], builder.fmul)
-        return context.get_dummy_value()
-
-    return types.void(_ADDRESS, _ADDRESS, types.int64), emit
-
-
-@intrinsic
-def add_scaled(typing_context: Any, target: Any, factor: Any, source: Any, count: Any) -> Any:
-    """target[i] += factor * source[i]."""
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        target, factor, source, count = arguments
-        weight = splat(builder, factor, FOUR)
-        _each(builder, count, [target, source], lambda x, y: multiply_add(builder, weight, y, x))
-        return context.get_dummy_value()
-
-    return types.void(_ADDRESS, _NUMBER, _ADDRESS, types.int64), emit
+#: (target, value, count): target[i] = value.
+fill = _on_rows("rf", lambda builder, x, value: value)
+#: (target, factor, count): target[i] *= factor.
+scale = _on_rows("rf", lambda builder, x, factor: builder.fmul(x, factor))
+#: (target, source, count): target[i] *= source[i].
+multiply = _on_rows("rr", lambda builder, x, y: builder.fmul(x, y))
+#: (target, factor, source, count): target[i] += factor * source[i].
+add_scaled = _on_rows("rfr", lambda builder, x, y, factor: multiply_add(builder, factor, y, x))
 
 
 @intrinsic
