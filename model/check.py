@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import Expr, Symbol, sympify
 
 from qddot.model.constraints import problems_of_constraints, reaction_symbol, reactions
-from qddot.model.contents import HELD, declared, expressions, items, outputs, symbols, tables
+from qddot.model.contents import HELD, declared, energies, expressions, items, outputs, symbols, tables
 from qddot.model.dimensions import arguments_of_tables
 from qddot.model.events import Event, kinds_of_impacts, problems_of_events, problems_of_impacts
 from qddot.model.jumps import jumps, jumps_of_constraints
@@ -16,7 +16,7 @@ from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.resting import problems_of_resting
 from qddot.model.scene import forms_of_scene, units_of_scene
 from qddot.model.uses import fixed_positions, loops, massless, order, still_energies, unused
-from qddot.model.vocabulary import refusals
+from qddot.model.vocabulary import complex_comparison, refusals
 from qddot.units.worth import problem
 from qddot.words import nearest
 
@@ -41,6 +41,7 @@ def problems(system: "System") -> list[str]:
         (_names, _texts, _numbers, problems_of_events),
         (_expressions, order, _vocabulary),
         (loops,),
+        (_comparisons,),
         (
             unused,
             fixed_positions,
@@ -176,6 +177,14 @@ def _tables(system: "System") -> Iterator[str]:
 def _vocabulary(system: "System") -> Iterator[str]:
     for place, expression in (*expressions(system), *outputs(system)):
         yield from (f"{place} uses {refusal}" for refusal in refusals(sympify(expression)))
+
+
+def _comparisons(system: "System") -> Iterator[str]:
+    """What compares complex values where names are written out, as energies and constraints are for their jumps."""
+    constraints = ((f"constraint {each.symbol}", each.expression) for each in system.constraints)
+    for place, expression in (*energies(system), *constraints):
+        if reason := complex_comparison(system.written_out(expression)):
+            yield f"{place} uses {reason}"
 
 
 def _finite(value: Any) -> bool:

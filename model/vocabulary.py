@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import sympy
-from sympy import Add, Basic, Integer, Mul, Number, Piecewise, Pow, Rational, Symbol
+from sympy import Add, Basic, Expr, Integer, Mul, Number, Piecewise, Pow, Rational, Symbol, postorder_traversal
 from sympy.core.function import AppliedUndef
 from sympy.core.relational import Equality, GreaterThan, LessThan, StrictGreaterThan, StrictLessThan, Unequality
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
-from qddot.model.kinks import KINKED, unbounded
+from qddot.model.kinks import KINKED, cases, unbounded
 from qddot.model.naming import t
 from qddot.model.table import Value
 
@@ -78,9 +78,34 @@ def refusals(expression: Any) -> Iterator[str]:
         elif reason not in told:
             told.add(reason)
             yield f"{_short(node if node.args else around)}: {reason}"
-    if not told and expression.has(Piecewise, *KINKED) and _depth(expression) > _DEEPEST:
+    if told or not expression.has(Piecewise, *KINKED):
+        return
+    if _depth(expression) > _DEEPEST:
         hint = "give the inner ones names, as quantities"
         yield f"{_short(expression)}: kinks stand more than {_DEEPEST} deep within each other; {hint}"
+    elif reason := complex_comparison(expression):
+        yield reason
+
+
+def complex_comparison(expression: Expr) -> str | None:
+    """Which part compares what is complex in one of its cases, as Abs(log(sign(x))) does, and why not; None without."""
+    at_times = (part for part in expression.atoms(*_COMPLEX_AT_TIMES) if not _is_whole_power(part))
+    if not any(part.has(Piecewise, *KINKED) for part in at_times) or _has_cases(expression):
+        return None
+    part = next(part for part in postorder_traversal(expression) if isinstance(part, Expr) and not _has_cases(part))
+    return f"{_short(part)}: in one of its cases it compares what is complex, and a model is real"
+
+
+def _is_whole_power(node: Any) -> bool:
+    return isinstance(node, Pow) and isinstance(node.exp, Integer)
+
+
+def _has_cases(expression: Any) -> bool:
+    try:
+        cases(expression)
+    except TypeError:  # SymPy's: "Invalid comparison of non-real I*pi"
+        return False
+    return True
 
 
 def _reason(node: Any) -> str | None:

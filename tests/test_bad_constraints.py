@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from sympy import Abs, Heaviside, Max, Piecewise, Symbol, cos, sin, sqrt, symbols
+from sympy import Abs, Heaviside, Max, Piecewise, Symbol, cos, log, sign, sin, sqrt, symbols
 
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower
@@ -123,6 +123,10 @@ BAD = {
         "constraint lam has a kink at the ends of the table track, at which velocities would jump",
     ),
     "complex": (lambda: rod(x - L * sqrt(-1), "N"), "it is complex"),
+    "complex_in_a_case": (
+        lambda: {"quantities": [Quantity(Symbol("s"), log(sign(x)), "1", "log")], **rod(y - L * Abs(Symbol("s")), "N")},
+        "constraint lam uses Abs(log(sign(x))): in one of its cases it compares what is complex",
+    ),
     "not_linear": (
         lambda: blade(xdot**2 - ydot * L, "N"),
         "constraint mu is not linear in the velocities: the factor of xdot depends on xdot",

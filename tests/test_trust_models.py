@@ -143,6 +143,12 @@ REFUSED = {
     "a root of a negative number": ((-8) ** Rational(1, 3) * x, "(-1)**(1/3): it is complex"),
     "a logarithm of a negative number": (log(-2) * x, "it is complex"),
     "an arc cosine beyond 1": (acos(2) * x, "acos(2): it is complex"),
+    "the size of a logarithm of a sign": (Abs(log(sign(x))), "Abs(log(sign(x))): in one of its cases it compares what"),
+    "the largest of roots": (Max(1, sqrt(sign(x))), "Max(1, sqrt(sign(x))): in one of its cases it compares what"),
+    "a comparison of a sign's arc cosine": (
+        Piecewise((x, acos(2 * sign(x)) > 0), (2 * x, True)),
+        "in one of its cases it compares what is complex",
+    ),
     "zero to a power": (Integer(0) ** x, "0**x: zero to a power has no derivative"),
     "Sum": (Sum(x**d, (d, 1, 3)), "Sum(x**d, (d, 1, 3)): Sum has no compiled form; write it out: .doit()"),
     "Product": (Product(x + d, (d, 1, 3)), "Product has no compiled form; write it out"),
@@ -196,6 +202,12 @@ def test_the_place_is_named():
     for place, changes in wrong.items():
         with pytest.raises(ModelError, match=f"{place} uses .* has no compiled form"):
             system(k * x**2, **changes)
+
+
+def test_what_is_complex_behind_a_name_is_refused_where_it_is_compared():
+    named = [Quantity(s, log(sign(x)), "1", "logarithm")]
+    with pytest.raises(ModelError, match=r"potential energy uses Abs\(log\(sign\(x\)\)\): in one of its cases it comp"):
+        system(k * Abs(s), quantities=named)
 
 
 def test_a_matrix_in_the_kinetic_energy_is_refused():
