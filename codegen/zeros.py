@@ -1,30 +1,33 @@
-"""What vanishes identically is not computed: found at a random point, dropped where it is proven.
+"""What vanishes identically is not computed: it is found, and proven, at a random point of a finite field.
 
-The point says which sums may vanish, in whole or by two of their terms; the canonical form says that they do. Functions
-other than sine, cosine and tangent are symbols to both, so nothing is proven by an identity of theirs.
+An expression of degree d that is not zero vanishes at a random point of a field of P elements with a probability of
+d / P at most (Schwartz 1980, "Fast probabilistic algorithms for verification of polynomial identities", lemma 1), here
+some 1e-36, and there is no rounding. Sine and cosine of an angle are the rational functions 2 r / (1 + r^2) and
+(1 - r^2) / (1 + r^2) of a random r, those of a sum come from them by the addition theorems. Other functions, and roots,
+are symbols, so nothing is proven by an identity of theirs.
 """
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, pairwise
+from fractions import Fraction
+from itertools import chain
 from random import Random
 from typing import Any
 
 import symengine as se
 
-from qddot.codegen.canonical import AlgebraError, canonical
-from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Kernel
-from qddot.codegen.nodes import operands, remembered, symbols_of
-from qddot.codegen.rewrite import is_number, rebuild
+from qddot.codegen.nodes import operands, symbols_of
+from qddot.codegen.rewrite import ZERO, is_number, rebuild, split_number
 
-#: A sum this small against its terms may be zero.
-_SMALL = 1e-11
-#: A sum that opens to more terms than this is left as it is.
-_MANY = 500
+#: A Mersenne prime: the numbers below it are a field.
+P = 2**127 - 1
 #: Dropping a zero may lay another open.
 _MOST_ROUNDS = 4
-_WAVES = {"sin": math.sin, "cos": math.cos, "tan": math.tan}
+#: A multiple of an angle beyond this is an angle of its own.
+_MOST_TURNS = 8
+
+#: Sine and cosine.
+_Wave = tuple[int, int]
 
 
 def without_zeros(kernel: Kernel, point: "Point | None" = None) -> Kernel:
@@ -34,7 +37,7 @@ def without_zeros(kernel: Kernel, point: "Point | None" = None) -> Kernel:
     """
     point = Point() if point is None else point
     for _ in range(_MOST_ROUNDS):
-        if not (found := _proven(kernel, point)):
+        if not (found := _vanishing(kernel, point)):
             return kernel
         memo: dict[Any, Any] = {}
         temporaries = [(symbol, _left(expression, found, point, memo)) for symbol, expression in kernel.temporaries]
@@ -47,114 +50,145 @@ def _left(expression: Any, found: Mapping[Any, Any], point: "Point", memo: dict[
     """An expression with what is `found` in it replaced: see `replaced`, which looks at all nodes."""
     if expression in found:
         return _left(found[expression], found, point, memo)
-    if found.keys().isdisjoint(point.suspects(expression)):
+    if found.keys().isdisjoint(point.holding(expression)):
         return expression
     if expression not in memo:
         memo[expression] = rebuild(expression, [_left(part, found, point, memo) for part in operands(expression)])
     return memo[expression]
 
 
-def _proven(kernel: Kernel, point: "Point") -> dict[Any, Any]:
+def _vanishing(kernel: Kernel, point: "Point") -> dict[Any, Any]:
     """Sums that are or hold zeros -> what is left of them."""
     for symbol, expression in kernel.temporaries:
         point.assign(symbol, expression)
-    totals = {total: None for expression in kernel.expressions for total in point.suspects(expression)}
-    definitions = dict(kernel.temporaries)
-    found: dict[Any, Any] = {}
-    for total in totals:
-        pairs = point.pairs[total]
-        if not pairs and _is_zero(total, definitions):
-            found[total] = se.Integer(0)
-        for one, other in pairs:
-            if total not in found and _is_zero(one + other, definitions):
-                found[total] = se.Add(*(term for term in operands(total) if term not in (one, other)))
-    return found
-
-
-def _is_zero(expression: Any, definitions: Mapping[Any, Any]) -> bool:
-    """Whether the canonical form is empty: with assigned symbols as they are, or with what they stand for."""
-    while True:
-        empty = _is_empty(expression)
-        if empty:
-            return True
-        inside = symbols_of(expression) & definitions.keys()
-        if empty is None or not inside:
-            return False
-        expression = expression.subs({symbol: definitions[symbol] for symbol in inside})
-
-
-@remembered
-def _is_empty(expression: Any) -> bool | None:
-    """Whether the canonical form is; None where there is none, or too long a one.
-
-    Kernels of a model share most of their sums, and each of them asks again in every round.
-    """
-    try:
-        return None if spread(expression) > _MANY else not canonical(expression)
-    except AlgebraError:
-        return None
+    return {total: point.left[total] for expression in kernel.expressions for total in point.holding(expression)}
 
 
 class Point:
     """Values of nodes at a random point, the same for all kernels in which a symbol means the same.
 
-    pairs: sums that may be zero, or have pairs of terms that may cancel -> those pairs, none of the former.
+    left: sums that are zero, or have pairs of terms that cancel -> what is left of them.
     """
 
     def __init__(self) -> None:
         self._chance = Random(3)
-        self._values: dict[Any, float] = {}
-        self._suspects: dict[Any, tuple[Any, ...]] = {}
-        self.pairs: dict[Any, list[tuple[Any, Any]]] = {}
+        self._values: dict[Any, int] = {}
+        self._waves: dict[Any, _Wave] = {}
+        self._definitions: dict[Any, Any] = {}
+        self._holding: dict[Any, tuple[Any, ...]] = {}
+        self.left: dict[Any, Any] = {}
 
     def assign(self, symbol: Any, expression: Any) -> None:
         """Let a symbol have the value of an expression."""
         value = self.at(expression)
-        self._values.setdefault(symbol, value)
+        if symbol not in self._values:
+            self._values[symbol], self._definitions[symbol] = value, expression
 
-    def suspects(self, expression: Any) -> tuple[Any, ...]:
-        """The sums in an expression that have `pairs`, innermost first."""
+    def holding(self, expression: Any) -> tuple[Any, ...]:
+        """The sums in an expression of which less is `left`, innermost first."""
         self.at(expression)
-        return self._suspects.get(expression, ())
+        return self._holding.get(expression, ())
 
-    def at(self, node: Any) -> float:
+    def at(self, node: Any) -> int:
         """The value of a node; what is no arithmetic has one of its own."""
         value = self._values.get(node)
         if value is None:
             parts = operands(node)
             value = self._values[node] = self._value(node, [self.at(part) for part in parts])
-            inside = [self._suspects[part] for part in parts if part in self._suspects]
-            if inside or node in self.pairs:
-                own = (node,) if node in self.pairs else ()
-                self._suspects[node] = tuple(dict.fromkeys((*chain.from_iterable(inside), *own)))
+            inside = [self._holding[part] for part in parts if part in self._holding]
+            if inside or node in self.left:
+                own = (node,) if node in self.left else ()
+                self._holding[node] = tuple(dict.fromkeys((*chain.from_iterable(inside), *own)))
         return value
 
-    def _value(self, node: Any, parts: list[float]) -> float:
+    def _value(self, node: Any, parts: list[int]) -> int:
         if isinstance(node, se.Add):
             return self._sum(node, parts)
         if isinstance(node, se.Mul):
-            return math.prod(parts)
-        power = isinstance(node, se.Pow) and isinstance(operands(node)[1], se.Integer)
-        work = math.pow if power else _WAVES.get(type(node).__name__)
+            return _product(parts)
         try:
             if is_number(node):
-                return float(node)
-            return work(*parts) if work else self._chance.choice((-1, 1)) * self._chance.uniform(0.3, 1.3)
-        except (ArithmeticError, RuntimeError, TypeError, ValueError):  # too large, or no real number
-            return math.nan
+                return _quotient(Fraction(repr(float(node)) if isinstance(node, se.RealDouble) else str(node)))
+            if isinstance(node, se.Pow) and isinstance(operands(node)[1], se.Integer):
+                return pow(parts[0], int(operands(node)[1]), P)
+            if isinstance(node, se.sin | se.cos | se.tan):
+                sine, cosine = self._wave(operands(node)[0])
+                return (
+                    sine
+                    if isinstance(node, se.sin)
+                    else cosine
+                    if isinstance(node, se.cos)
+                    else sine * pow(cosine, -1, P)
+                )
+        except ValueError:  # no real number, or divided by zero
+            pass
+        return self._any()
 
-    def _sum(self, node: Any, parts: list[float]) -> float:
-        value = sum(parts)
-        if abs(value) <= _SMALL * sum(map(abs, parts)):
-            self.pairs[node] = []
-        elif len(parts) > 2 and (pairs := list(_opposites(operands(node), parts))):
-            self.pairs[node] = pairs
+    def _any(self) -> int:
+        return self._chance.randrange(2, P)
+
+    def _sum(self, node: Any, parts: list[int]) -> int:
+        value = sum(parts) % P
+        if value == 0:
+            self.left[node] = ZERO
+        elif len(parts) > 2 and (cancelling := set(_opposites(parts))):
+            self.left[node] = se.Add(*(term for k, term in enumerate(operands(node)) if k not in cancelling))
         return value
 
+    def _wave(self, angle: Any) -> _Wave:
+        """Sine and cosine of an angle: of its terms, by the addition theorems."""
+        while inside := symbols_of(angle) & self._definitions.keys():
+            angle = angle.subs({symbol: self._definitions[symbol] for symbol in inside})
+        opened = se.expand(angle)
+        wave = (0, 1)
+        for term in operands(opened) if isinstance(opened, se.Add) else (opened,):
+            wave = _turned(wave, self._wave_of_term(term))
+        return wave
 
-def _opposites(terms: Sequence[Any], parts: Sequence[float]) -> Iterator[tuple[Any, Any]]:
-    """Pairs of terms that may cancel: neighbours by size, of opposite values."""
-    order = sorted(range(len(terms)), key=lambda k: abs(parts[k]))
-    for k, j in pairwise(order):
-        if abs(parts[k] + parts[j]) <= _SMALL * abs(parts[k]):
-            yield terms[k], terms[j]
+    def _wave_of_term(self, term: Any) -> _Wave:
+        number, rest = split_number(term)
+        turns = int(number) if isinstance(number, se.Integer) and symbols_of(rest) else 0
+        if not 0 < abs(turns) <= _MOST_TURNS:
+            turns, rest = (-1, -term) if number.is_negative else (1, term)
+        if rest not in self._waves:
+            self._waves[rest] = self._wave_alone(rest)
+        wave, (sine, cosine) = (0, 1), self._waves[rest]
+        for _ in range(abs(turns)):
+            wave = _turned(wave, (sine if turns > 0 else -sine, cosine))
+        return wave
+
+    def _wave_alone(self, angle: Any) -> _Wave:
+        """Sine and cosine of what is no sum: numbers where they are, as of pi, else of a random angle."""
+        known = se.sin(angle), se.cos(angle)
+        if all(map(is_number, known)):
+            return self.at(known[0]), self.at(known[1])
+        root = self._any()
+        scale = pow(1 + root * root, -1, P)
+        return 2 * root * scale % P, (1 - root * root) * scale % P
+
+
+def _turned(one: _Wave, other: _Wave) -> _Wave:
+    """Sine and cosine of the sum of two angles."""
+    (s, c), (t, d) = one, other
+    return (s * d + c * t) % P, (c * d - s * t) % P
+
+
+def _product(parts: Sequence[int]) -> int:
+    value = 1
+    for part in parts:
+        value = value * part % P
+    return value
+
+
+def _quotient(value: Fraction) -> int:
+    return value.numerator * pow(value.denominator, -1, P) % P
+
+
+def _opposites(parts: Sequence[int]) -> Iterator[int]:
+    """Places of terms that cancel each other in pairs."""
+    waiting: dict[int, list[int]] = {}
+    for k, part in enumerate(parts):
+        if others := waiting.get(P - part):
+            yield from (others.pop(), k)
+        else:
+            waiting.setdefault(part, []).append(k)

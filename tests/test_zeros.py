@@ -34,13 +34,20 @@ DROPPED = [
     ("an angle sum", se.cos(x - y) - se.cos(x) * se.cos(y) - se.sin(x) * se.sin(y), 0),
     ("squares of sine and cosine", a * (1 - se.sin(x) ** 2 - se.cos(x) ** 2) + b, b),
     ("within a function", se.exp(x * (y + z) - x * y - x * z), 1),
+    ("what opens to many", a + (a + b + c + d + x + y) ** 12 - se.expand((a + b + c + d + x + y) ** 6) ** 2, a),
+    ("an angle three times", a + b * (se.sin(3 * x) - 3 * se.sin(x) + 4 * se.sin(x) ** 3), a),
+    ("half angles", se.sin(x / 2 - y / 2) + se.sin(y / 2) * se.cos(x / 2) - se.sin(x / 2) * se.cos(y / 2), 0),
+    ("decimals", a + b * (0.25 * x - x * (y + se.Rational(1, 4)) + x * y), a),
+    ("a tangent", a + se.tan(x) * se.cos(x) - se.sin(x), a),
     ("within a branch", se.Piecewise((x * (y + 1) - x * y - x, x > 0), (y, True)), se.Piecewise((0, x > 0), (y, True))),
 ]
 KEPT = [
     ("what is small", x * (1 + se.Rational(1, 10**14)) - x),
+    ("what is small in a decimal", x * (y + 0.1) - x * y - x * se.Rational(10**20 + 1, 10**21)),
+    ("a root that may be of another sign", se.sqrt(x**2) - x),
+    ("angles that are not equal", se.sin(x / 2) * se.cos(x / 2) - se.sin(x) / 3),
     ("what is zero for some only", se.Piecewise((x, x > 0), (-x, True)) - x),
     ("an identity that is not proven", se.cosh(x) ** 2 - se.sinh(x) ** 2 - 1),
-    ("what opens to too much", (a + b + c + d + x + y) ** 12 - se.expand((a + b + c + d + x + y) ** 6) ** 2),
 ]
 
 
