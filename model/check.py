@@ -11,7 +11,7 @@ from qddot.model.constraints import problems_of_constraints, reaction_symbol, re
 from qddot.model.contents import HELD, declared, energies, expressions, items, outputs, symbols, tables
 from qddot.model.dimensions import arguments_of_tables
 from qddot.model.events import Event, kinds_of_impacts, problems_of_events, problems_of_impacts
-from qddot.model.jumps import jumps, jumps_of_constraints
+from qddot.model.jumps import is_kinked, jumps, jumps_of_constraints
 from qddot.model.naming import LONGEST, name_problem, t
 from qddot.model.resting import problems_of_resting
 from qddot.model.scene import forms_of_scene, units_of_scene
@@ -183,7 +183,8 @@ def _comparisons(system: "System") -> Iterator[str]:
     """What compares complex values where names are written out, as energies and constraints are for their jumps."""
     constraints = ((f"constraint {each.symbol}", each.expression) for each in system.constraints)
     for place, expression in (*energies(system), *constraints):
-        if reason := complex_comparison(system.written_out(expression)):
+        kinked = is_kinked(system, expression)
+        if kinked and (reason := complex_comparison(system.written_out(expression))):
             yield f"{place} uses {reason}"
 
 

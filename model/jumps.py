@@ -39,7 +39,7 @@ def jumps(system: "System") -> Iterator[str]:
     velocities = {coordinate.rate for coordinate in system.coordinates}
     moving = {"kinetic energy": positions | velocities, "potential energy": positions | velocities}
     for place, expression in energies(system):
-        if not _is_kinked(system, expression):
+        if not is_kinked(system, expression):
             continue
         written = cases(system.written_out(expression))
         found = _where_it_jumps(system, written, moving.get(place, velocities))
@@ -87,7 +87,8 @@ def _where_it_jumps(system: "System", written: Expr, moving: set[Symbol]) -> str
     return None
 
 
-def _is_kinked(system: "System", expression: Any) -> bool:
+def is_kinked(system: "System", expression: Any) -> bool:
+    """Whether an expression, or what it names, has cases or tables."""
     used = reached(system, expression)
     parts = [expression, *(each for symbol, each in system.definitions.items() if symbol in used)]
     return any(isinstance(part, Expr) and part.has(Piecewise, Value, *KINKED) for part in parts)

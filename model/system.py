@@ -14,7 +14,7 @@ from qddot.model.assumptions import plain, unkept
 from qddot.model.check import kinds, problems, symbols_given
 from qddot.model.constraints import Constraint, Rolling, constrained, reaction_symbol, reaction_unit
 from qddot.model.contact import Contact, compliance, problems_of_contacts
-from qddot.model.contents import HELD, tables
+from qddot.model.contents import HELD, reached, tables
 from qddot.model.definitions import as_expression, as_sum, definitions, in_order
 from qddot.model.dimensions import Dimensions, said
 from qddot.model.events import Event
@@ -281,12 +281,16 @@ class System:
     def written_out(self, expression: Expr | float) -> Expr:
         """An expression with everything named replaced by what it stands for."""
         written = sympify(expression)
-        inside = written.free_symbols
-        for symbol, definition in reversed(self.definitions.items()):
-            if symbol in inside:
-                written = written.xreplace({symbol: definition})
-                inside = inside | definition.free_symbols
-        return written
+        needed = reached(self, written)
+        for symbol, definition in self.definitions.items():
+            if symbol in needed and symbol not in self._written:
+                self._written[symbol] = definition.xreplace(self._written)
+        return written.xreplace(self._written)
+
+    @cached_property
+    def _written(self) -> dict[Symbol, Expr]:
+        """The definitions that have been written out so far."""
+        return {}
 
 
 def _tuple(value: object) -> tuple[object, ...]:
