@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import symengine as se
-from sympy import Basic, Float, Function, Integer, Symbol
+from sympy import Add, Basic, Float, Function, Integer, Mul, Pow, Symbol, sympify
 
+from qddot.codegen.nodes import remembered
 from qddot.codegen.symbols import named, with_symbols
 from qddot.model.kinks import cases
 from qddot.model.nodes import atoms
@@ -18,6 +19,8 @@ _PRIMES = ("'", '"')
 _HELD = "|"
 #: Functions by their names in SymEngine, and in `math`.
 MATH_NAMES = {each.__name__: each.__name__ for each in SMOOTH}
+#: What makes a node of SymEngine of converted parts.
+_BUILT_BY = {Add: se.Add, Mul: se.Mul, Pow: se.Pow, **{each: getattr(se, each.__name__) for each in SMOOTH}}
 
 
 def convert(expression: Any) -> Any:
@@ -29,8 +32,23 @@ def convert(expression: Any) -> Any:
     written = cases(expression)
     if isinstance(written, Basic) and atoms(written, Value):
         written = written.replace(lambda node: isinstance(node, Value), _primed)
-    zeros = [each for each in atoms(written, Float) if each.is_zero] if isinstance(written, Basic) else ()
-    return with_symbols(se.sympify(written.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else written))
+    return _made(sympify(written))
+
+
+@remembered
+def _made(node: Any) -> Any:
+    """The SymEngine form of a node; what it shares with others is made once, where SymEngine would walk it each time."""
+    if isinstance(node, Symbol):
+        return symbol(node)
+    if isinstance(node, Float) and node.is_zero:
+        return se.Integer(0)
+    build = _BUILT_BY.get(type(node))
+    return build(*map(_made, node.args)) if build else _walked(node)
+
+
+def _walked(node: Any) -> Any:
+    zeros = [each for each in atoms(node, Float) if each.is_zero]
+    return with_symbols(se.sympify(node.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else node))
 
 
 def _primed(value: Value) -> Any:
