@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import symengine as se
-from sympy import Add, Basic, Float, Function, Integer, Mul, Pow, Symbol, sympify
+from sympy import Add, Float, Function, Integer, Mul, Pow, Symbol, sympify
 
 from qddot.codegen.nodes import remembered
 from qddot.codegen.symbols import named, with_symbols
@@ -29,30 +29,36 @@ def convert(expression: Any) -> Any:
     The n-th derivative of a table is a function of its name with n primes, of two kinds where it has two arguments:
     `calculus` differentiates it.
     """
-    written = cases(expression)
-    if isinstance(written, Basic) and atoms(written, Value):
-        written = written.replace(lambda node: isinstance(node, Value), _primed)
-    return _made(sympify(written))
+    return _made(sympify(cases(expression)))
 
 
 @remembered
 def _made(node: Any) -> Any:
-    """The SymEngine form of a node; what it shares with others is made once, where SymEngine would walk it each time."""
+    """The SymEngine form of a node; what expressions share is made once."""
     if isinstance(node, Symbol):
         return symbol(node)
-    if isinstance(node, Float) and node.is_zero:
+    if isinstance(node, Float) and not node:
         return se.Integer(0)
-    build = _BUILT_BY.get(type(node))
+    if not node.args:
+        return se.sympify(node)
+    build = _built_as(node) if isinstance(node, Value) else _BUILT_BY.get(type(node))
     return build(*map(_made, node.args)) if build else _walked(node)
 
 
 def _walked(node: Any) -> Any:
-    zeros = [each for each in atoms(node, Float) if each.is_zero]
+    """The SymEngine form of a node that SymEngine takes apart itself: conditions and choices among them."""
+    if atoms(node, Value):
+        node = node.replace(lambda part: isinstance(part, Value), lambda part: Function(_name_of(part))(*part.args))
+    zeros = [each for each in atoms(node, Float) if not each]
     return with_symbols(se.sympify(node.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else node))
 
 
-def _primed(value: Value) -> Any:
-    return Function(primed(value.table.name, value.orders))(*value.args)
+def _built_as(value: Value) -> Any:
+    return se.Function(_name_of(value))
+
+
+def _name_of(value: Value) -> str:
+    return primed(value.table.name, value.orders)
 
 
 def primed(table: str, orders: Sequence[int]) -> str:
@@ -104,4 +110,4 @@ def function_name(value: Any) -> str:
 
 def symbol(name: Symbol | str) -> Any:
     """The SymEngine symbol of that name; assumptions are SymPy's affair."""
-    return named(str(name))
+    return named(name if isinstance(name, str) else name.name)
