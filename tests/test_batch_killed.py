@@ -15,8 +15,6 @@ from qddot.runner.batch.job import read_job
 from qddot.runner.batch.run import opened, run_batch
 from qddot.runner.batch.stopping import Wish
 
-KILLS = 20
-
 
 def markers(store):
     folder = store / ".qddot" / "blocks"
@@ -36,7 +34,8 @@ def goes_on_until(duration, store, count):
 
 
 @pytest.mark.slow
-def test_a_batch_killed_at_random_moments_ends_up_as_if_it_had_not_been(tmp_path):
+@pytest.mark.parametrize("wanted", [8, pytest.param(40, marks=pytest.mark.long)])
+def test_a_batch_killed_at_random_moments_ends_up_as_if_it_had_not_been(tmp_path, wanted):
     study = written(tmp_path, STUDY.replace("block = 4", "block = 3").replace('"400 kg", 9]', '"400 kg", 6]'))
     server, rng = Server(study), random.Random(11)
     whole = tmp_path / "whole.zarr"
@@ -47,11 +46,11 @@ def test_a_batch_killed_at_random_moments_ends_up_as_if_it_had_not_been(tmp_path
         duration = time.perf_counter() - start
     untouched, kills, midway, store = loaded(whole), 0, 0, None
     reference = arrays(untouched)
-    while kills < KILLS or store is not None:
+    while kills < wanted or store is not None:
         store = store or tmp_path / f"killed_{kills}.zarr"
         before = markers(store)
         pid = server.start(store)
-        if kills < KILLS:
+        if kills < wanted:
             goes_on_until(duration, store, rng.randrange(8))
             time.sleep(rng.uniform(0.0, duration / 16))
             os.kill(pid, signal.SIGKILL)
@@ -73,7 +72,7 @@ def test_a_batch_killed_at_random_moments_ends_up_as_if_it_had_not_been(tmp_path
                 if len(array) == 24:
                     assert np.array_equal(array[runs], reference[name][runs], equal_nan=array.dtype.kind == "f"), name
     server.close()
-    assert midway >= 5
+    assert midway >= wanted // 4
     assert not list(tmp_path.glob("killed_*.zarr/**/*.partial"))
 
 
