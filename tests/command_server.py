@@ -32,6 +32,7 @@ def _load() -> None:
         package = importlib.import_module(f"qddot.{room}")
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             importlib.import_module(module.name)
+    importlib.import_module("numba.core.registry").cpu_target.target_context.refresh()  # what compiles needs it
     compiling = importlib.import_module("qddot.runner.machine.compiling")
     assert threading.active_count() == 1, threading.enumerate()
     compiling._CLOCK.seconds = 0.0  # what is forked has spent no time compiling

@@ -15,7 +15,7 @@ from study_files import write
 
 from qddot.runner.files import named, ready, written_aside
 from qddot.runner.machine import places
-from qddot.runner.machine.compiled import _Cache
+from qddot.runner.machine.kept import Cache
 from qddot.runner.problem import Statistics, Status
 from qddot.runner.solution import Solution
 from qddot.runner.tables import Quantity
@@ -175,7 +175,7 @@ def test_compiled_code_that_a_full_disk_does_not_take_is_used_all_the_same(monke
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(FunctionCache, "save_overload", full)
-    cache = _Cache.__new__(_Cache)
+    cache = Cache.__new__(Cache)
     cache._cache_path = "/somewhere"
     compiled = SimpleNamespace(_replace=lambda **_: None)
     cache.save_overload(None, compiled)

@@ -6,11 +6,8 @@ the drivers' cache lives in a folder named after the digest of all of the runner
 
 import contextlib
 import hashlib
-import pickle
-import sys
 from collections.abc import Callable, Iterator
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -18,33 +15,17 @@ from typing import Any
 import numba
 from numba import config, njit
 from numba.core import dispatcher
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, UserProvidedCacheLocator
-from numba.np import linalg
+from numba.core.caching import NullCache
 
 from qddot.runner.files import keep_newest
 from qddot.runner.machine.inner import INNER, OUTER
+from qddot.runner.machine.kept import Cache
 from qddot.runner.machine.places import code_folder
 
 #: The arithmetic of everything compiled. Contraction to fused multiply-add and ignoring the sign of zero; never nnan or
 #: ninf, which make isfinite lie. IEEE rules: a division by zero is an infinity or no number, never an exception.
 ARITHMETIC: dict[str, Any] = {"fastmath": {"contract", "nsz"}, "error_model": "numpy"}
 
-
-def _import_array_functions() -> None:
-    """Import what numba imports before it loads its first function from a cache, without its probe for a BLAS.
-
-    The probe imports scipy.linalg, a quarter of the time until a warm process has its first kernel. SciPy is a
-    dependency of ours: the answer is known.
-    """
-    probe = linalg.ensure_blas
-    linalg.ensure_blas = lambda: None
-    try:
-        import_module("numba.np.arraymath")
-    finally:
-        linalg.ensure_blas = probe
-
-
-_import_array_functions()
 
 #: Rooms and files without jitted functions: their changes empty no cache.
 _NOTHING_COMPILED = (
@@ -112,55 +93,6 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-class _Locator(UserProvidedCacheLocator):
-    """Where a function of the runner is kept within the folder of its source: the same place in every copy of that."""
-
-    @classmethod
-    def get_suitable_cache_subpath(cls, py_file: str) -> str:
-        """The rooms that lead to a file, instead of numba's digest of where it lies."""
-        file, runner = Path(py_file).absolute(), Path(__file__).absolute().parent.parent
-        if not file.is_relative_to(runner):
-            return str(super().get_suitable_cache_subpath(py_file))
-        return "_".join(("runner", *file.relative_to(runner).parent.parts))
-
-
-class _Kept(CompileResultCacheImpl):
-    _locator_classes = [_Locator, *CompileResultCacheImpl._locator_classes]  # noqa: RUF012 - as numba has it
-
-
-class _Cache(FunctionCache):
-    """Numba's cache of a function, without which the program goes on: a disk may be full, a file cut short."""
-
-    _impl_class = _Kept
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """What is there, None where it cannot be read."""
-        try:
-            return super().load_overload(sig, target_context)
-        except OSError:
-            return None
-        except (EOFError, ImportError, pickle.UnpicklingError):  # ImportError: copied here from another folder
-            with contextlib.suppress(OSError):
-                self.flush()
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled, where the disk takes it, without numba's notes of types beside each line of text.
-
-        To take a kernel's text apart into lines takes numba a quarter of the time that compiling it does.
-        """
-        try:
-            super().save_overload(sig, data._replace(type_annotation=""))
-        except OSError as error:
-            _tell(f"note: compiled code is not kept in {self.cache_path}: {error.strerror or error}")
-
-
-@cache
-def _tell(text: str) -> None:
-    """Say something once."""
-    print(text, file=sys.stderr)
-
-
 def _uncached(function: Any) -> NullCache:
     """The cache of a function that is kept nowhere."""
     return NullCache()
@@ -171,7 +103,7 @@ def _keeping(folder: Path | None, name: str) -> Iterator[None]:
     """Within the block numba's `cache=True` means the folder of this name, or the one it finds, or none at all."""
     before = config.CACHE_DIR, dispatcher.FunctionCache  # type: ignore[attr-defined]
     config.CACHE_DIR = name  # type: ignore[attr-defined]
-    dispatcher.FunctionCache = _Cache if folder is not None else _uncached  # type: ignore[attr-defined]
+    dispatcher.FunctionCache = Cache if folder is not None else _uncached  # type: ignore[attr-defined]
     try:
         yield
     finally:

@@ -7,6 +7,8 @@ with the inner ones below it, each of them once, and optimised as a whole.
 """
 
 from collections.abc import Callable
+from functools import cache
+from importlib import import_module
 from typing import Any
 
 from numba.core import codegen
@@ -108,6 +110,21 @@ def _below(library: Any) -> list[Any]:
     return list(found)
 
 
+@cache
+def _import_array_functions() -> None:
+    """Import what numba imports before it compiles its first function, without its probe for a BLAS.
+
+    The probe imports scipy.linalg, which takes long. SciPy is a dependency of ours: the answer is known.
+    """
+    linalg: Any = import_module("numba.np.linalg")
+    probe = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = probe
+
+
 def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> type[CompilerBase]:
     """A compiler that puts code into a library of this kind, from the text of functions; by numba where that goes not.
 
@@ -116,6 +133,10 @@ def compiling_into(kind: type, mark: Callable[[Any], None] | None = None) -> typ
 
     class Compiling(CompilerBase):  # type: ignore[misc]
         """Numba's compiler, into a library of this kind."""
+
+        def __init__(self, *arguments: Any) -> None:
+            _import_array_functions()
+            super().__init__(*arguments)
 
         def compile_extra(self, function: Any) -> Any:
             with cycles_left_alone():
