@@ -16,7 +16,7 @@ _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity
 #: An expression that would open to more terms is refused.
 _MOST_TERMS = 20000
 #: A multiple of an angle beyond this stays closed.
-_MOST_TURNS = 8
+MOST_TURNS = 8
 
 
 class AlgebraError(ValueError):
@@ -25,7 +25,7 @@ class AlgebraError(ValueError):
 
 def canonical(expression: Any) -> Polynomial:
     """The products of an expression, none with the coefficient 0; floating-point numbers are taken as decimals."""
-    opened = _expanded(rewrite(_exact(expression), _open_wave, {}))
+    opened = _expanded(rewrite(_exact(expression), open_wave, {}))
     opened = _expanded(rewrite(opened, _no_squared_sine, {}))
     return {product: number for product, number in polynomial(opened).items() if number != 0}
 
@@ -67,9 +67,10 @@ def _nodes(expression: Any) -> Iterable[Any]:
         yield from _nodes(part)
 
 
-def _open_wave(node: Any) -> Any:
+def open_wave(node: Any) -> Any:
+    """Sine, cosine and tangent of a sum or a multiple in terms of those of what it is made of; others as they are."""
     if isinstance(node, se.tan):
-        return _open_wave(se.sin(operands(node)[0])) / _open_wave(se.cos(operands(node)[0]))
+        return open_wave(se.sin(operands(node)[0])) / open_wave(se.cos(operands(node)[0]))
     if not isinstance(node, se.sin | se.cos):
         return node
     sine, cosine = _sine_and_cosine(_expanded(operands(node)[0]))
@@ -82,7 +83,7 @@ def _sine_and_cosine(argument: Any) -> tuple[Any, Any]:
         (s, c), (t, d) = _sine_and_cosine(first), _sine_and_cosine(rest)
         return s * d + c * t, c * d - s * t
     number, rest = split_number(argument)
-    if isinstance(number, se.Integer) and number != 1 and abs(int(number)) <= _MOST_TURNS and rest != 1:
+    if isinstance(number, se.Integer) and number != 1 and abs(int(number)) <= MOST_TURNS and rest != 1:
         s, c = _sine_and_cosine(rest)
         if number == -1:
             return -s, c

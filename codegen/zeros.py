@@ -7,6 +7,7 @@ some 1e-36, and there is no rounding. Sine and cosine of an angle are the ration
 are symbols, so nothing is proven by an identity of theirs.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain
@@ -15,16 +16,19 @@ from typing import Any
 
 import symengine as se
 
+from qddot.codegen.canonical import MOST_TURNS
+from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Kernel
 from qddot.codegen.nodes import operands, symbols_of
-from qddot.codegen.rewrite import ZERO, is_number, rebuild, split_number
+from qddot.codegen.rewrite import ONE, ZERO, is_number, rebuild, split_number
 
 #: A Mersenne prime: the numbers below it are a field.
 P = 2**127 - 1
 #: Dropping a zero may lay another open.
 _MOST_ROUNDS = 4
-#: A multiple of an angle beyond this is an angle of its own.
-_MOST_TURNS = 8
+#: An angle that opens to more terms is one of its own.
+_MOST_TERMS = 500
+_LAST = math.inf
 
 #: Sine and cosine.
 _Wave = tuple[int, int]
@@ -74,7 +78,7 @@ class Point:
         self._chance = Random(3)
         self._values: dict[Any, int] = {}
         self._waves: dict[Any, _Wave] = {}
-        self._definitions: dict[Any, Any] = {}
+        self._definitions: dict[Any, tuple[int, Any]] = {}
         self._holding: dict[Any, tuple[Any, ...]] = {}
         self.left: dict[Any, Any] = {}
 
@@ -82,7 +86,7 @@ class Point:
         """Let a symbol have the value of an expression."""
         value = self.at(expression)
         if symbol not in self._values:
-            self._values[symbol], self._definitions[symbol] = value, expression
+            self._values[symbol], self._definitions[symbol] = value, (len(self._definitions), expression)
 
     def holding(self, expression: Any) -> tuple[Any, ...]:
         """The sums in an expression of which less is `left`, innermost first."""
@@ -108,21 +112,18 @@ class Point:
             return _product(parts)
         try:
             if is_number(node):
-                return _quotient(Fraction(repr(float(node)) if isinstance(node, se.RealDouble) else str(node)))
+                return _number(node)
             if isinstance(node, se.Pow) and isinstance(operands(node)[1], se.Integer):
                 return pow(parts[0], int(operands(node)[1]), P)
-            if isinstance(node, se.sin | se.cos | se.tan):
-                sine, cosine = self._wave(operands(node)[0])
-                return (
-                    sine
-                    if isinstance(node, se.sin)
-                    else cosine
-                    if isinstance(node, se.cos)
-                    else sine * pow(cosine, -1, P)
-                )
+            return self._of_wave(node) if isinstance(node, se.sin | se.cos | se.tan) else self._any()
         except ValueError:  # no real number, or divided by zero
-            pass
-        return self._any()
+            return self._any()
+
+    def _of_wave(self, node: Any) -> int:
+        sine, cosine = self._wave(operands(node)[0])
+        if isinstance(node, se.tan):
+            return sine * pow(cosine, -1, P) % P
+        return sine if isinstance(node, se.sin) else cosine
 
     def _any(self) -> int:
         return self._chance.randrange(2, P)
@@ -137,19 +138,30 @@ class Point:
 
     def _wave(self, angle: Any) -> _Wave:
         """Sine and cosine of an angle: of its terms, by the addition theorems."""
-        while inside := symbols_of(angle) & self._definitions.keys():
-            angle = angle.subs({symbol: self._definitions[symbol] for symbol in inside})
-        opened = se.expand(angle)
         wave = (0, 1)
-        for term in operands(opened) if isinstance(opened, se.Add) else (opened,):
-            wave = _turned(wave, self._wave_of_term(term))
+        for rest, number in self._terms(angle).items():
+            wave = _turned(wave, self._wave_of_term(number, rest))
         return wave
 
-    def _wave_of_term(self, term: Any) -> _Wave:
-        number, rest = split_number(term)
+    def _terms(self, angle: Any) -> dict[Any, Any]:
+        """The terms of an angle -> the numbers before them, with what symbols stand for in place of these."""
+        found: dict[Any, Any] = {}
+        waiting: dict[Any, Any] = {angle: ONE}
+        while waiting:  # the symbol that was assigned last, which no other one waiting holds
+            node = max(waiting, key=lambda each: self._definitions.get(each, (_LAST,)))
+            scale = waiting.pop(node)
+            _, meaning = self._definitions.get(node, (_LAST, node))
+            opened = se.expand(meaning) if spread(meaning) <= _MOST_TERMS else meaning
+            for term in operands(opened) if isinstance(opened, se.Add) else (opened,):
+                number, rest = split_number(term)
+                numbers = waiting if rest in self._definitions else found
+                numbers[rest] = numbers.get(rest, ZERO) + scale * number
+        return found
+
+    def _wave_of_term(self, number: Any, rest: Any) -> _Wave:
         turns = int(number) if isinstance(number, se.Integer) and symbols_of(rest) else 0
-        if not 0 < abs(turns) <= _MOST_TURNS:
-            turns, rest = (-1, -term) if number.is_negative else (1, term)
+        if number != ZERO and not 0 < abs(turns) <= MOST_TURNS:
+            turns, rest = (-1, -number * rest) if number.is_negative else (1, number * rest)
         if rest not in self._waves:
             self._waves[rest] = self._wave_alone(rest)
         wave, (sine, cosine) = (0, 1), self._waves[rest]
@@ -180,7 +192,9 @@ def _product(parts: Sequence[int]) -> int:
     return value
 
 
-def _quotient(value: Fraction) -> int:
+def _number(node: Any) -> int:
+    """The value of a number, a floating-point one taken as the decimal that it is written as; ValueError if none."""
+    value = Fraction(repr(float(node)) if isinstance(node, se.RealDouble) else str(node))
     return value.numerator * pow(value.denominator, -1, P) % P
 
 

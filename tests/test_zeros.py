@@ -9,14 +9,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from sympy import Rational, cos, sin, symbols
 
+from qddot.codegen.canonical import canonical, open_wave
 from qddot.codegen.constants import hoist, telling
 from qddot.codegen.kernel import Kernel, Slot
 from qddot.codegen.lagrange import derive
 from qddot.codegen.lower import lower, optimize
-from qddot.codegen.rewrite import Names
+from qddot.codegen.rewrite import Names, rewrite
 from qddot.codegen.rules import flatten, folded, front, inline, prune, pythagoras, simplify
 from qddot.codegen.sharing import share
-from qddot.codegen.zeros import without_zeros
+from qddot.codegen.zeros import Point, without_zeros
 from qddot.model.system import Coordinate, Parameter, System
 
 SYMBOLS = a, b, c, d, x, y, z = se.symbols("a b c d x y z")
@@ -64,6 +65,35 @@ def test_what_is_not_proven_is_kept(case, before):
 def test_zeros_are_seen_through_temporaries():
     before = kernel(a * p - a * q, temporaries=[(p, x * (y + 1)), (q, x * y + x)])
     assert without_zeros(before).writes[0][1] == 0
+
+
+def test_angles_are_seen_through_temporaries_however_many():
+    """The last holds the first as often as a Fibonacci number of 47 digits says."""
+    angles = [x, y, *se.symbols("u_0:220")]
+    temporaries = [(angle, angles[k] + angles[k + 1]) for k, angle in enumerate(angles[2:])]
+    first, last = angles[2], angles[-1]
+    opened = se.sin(x) * se.cos(y) + se.cos(x) * se.sin(y)
+    expressions = (
+        se.sin(first) - opened,
+        a * (se.sin(last) ** 2 + se.cos(last) ** 2 - 1),
+        se.sin(last) - se.sin(first),
+    )
+    found = [value for _, value in without_zeros(kernel(*expressions, temporaries=temporaries)).writes]
+    assert found == [0, 0, expressions[2]]
+
+
+WAVES = [se.sin(x), se.cos(x), se.sin(x + y), se.cos(x - 2 * y), se.sin(y / 2), se.cos(3 * x), a, b, se.Rational(2, 3)]
+PRODUCTS = st.lists(st.sampled_from(WAVES), min_size=1, max_size=4).map(lambda parts: se.Mul(*parts))
+SUMS = st.lists(PRODUCTS, min_size=1, max_size=4).map(lambda terms: se.Add(*terms))
+
+
+@settings(deadline=None, max_examples=100)
+@given(SUMS, SUMS, st.sampled_from((0, se.Rational(1, 10**9))))
+def test_a_point_of_the_field_finds_zero_where_the_canonical_form_is_empty(one, other, rest):
+    """Against another way to prove it: a product of sums less the same opened, and that beside something small."""
+    opened = se.expand(rewrite(one, open_wave, {}) * rewrite(other, open_wave, {}))
+    for difference in (one * other - opened + rest * a, one - other):
+        assert (Point().at(difference) == 0) == (not canonical(difference))
 
 
 SHARED = [
