@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from qddot.runner.inputs.reader import sample
+from qddot.runner.inputs.reader import evaluate, reader_for
 from qddot.runner.problem import Acting, Problem
 from qddot.runner.tables import CONTACT, EVENT
 
@@ -50,12 +50,17 @@ class Instant:
 
     def inputs(self, t: float, signs: Vector | None = None) -> Vector:
         """The inputs u (channels,) at a time, after a jump."""
-        u = np.zeros((1, max(1, len(self.problem.inputs.first))))
-        sample(self.problem.inputs, np.array([t]), u)
-        row: Vector = u[0]
+        table = self.problem.inputs
+        row = np.zeros(max(1, len(table.first)))
+        if len(table.first):
+            evaluate(table, self._reader, t, t, len(table.first), row)
         if signs is not None:
             row[self.acting.channels[self.acting.channels >= 0]] = signs[self.acting.channels >= 0]
         return row
+
+    @cached_property
+    def _reader(self) -> Vector:
+        return reader_for(self.problem.inputs)
 
     def slope(self, t: float, x: Vector, signs: Vector | None = None) -> Vector:
         """The derivative of the state where nothing rests, or the contacts do whose signs are above 0."""
@@ -90,7 +95,11 @@ def impulse(M: Vector, G: Vector, slopes: Vector) -> Vector:
     A = M + G.T @ (G / np.where(weights > 0.0, weights, 1.0)[:, None])
     scale = 1.0 / np.sqrt(np.diag(A))
     L = np.linalg.cholesky(A * scale[:, None] * scale)
-    w, W = np.linalg.solve(L, scale * slopes), np.linalg.solve(L, scale[:, None] * G.T)
+    w = np.linalg.solve(L, scale * slopes)
+    if not len(G):
+        free: Vector = scale * np.linalg.solve(L.T, w)
+        return free
+    W = np.linalg.solve(L, scale[:, None] * G.T)
     sizes = np.linalg.norm(W, axis=0)
     Q, values, _ = np.linalg.svd(W / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
     Q = Q[:, values > _DEPENDENT]
