@@ -58,8 +58,6 @@ def _timed(name: str, run: Callable[[], None]) -> Timing:
 
 def _qddot(*arguments: str, cwd: Path = ROOT) -> None:
     """A command of the qddot that lies there: what is installed elsewhere is compiled already."""
-    command, there = (
-        [sys.executable, "-P", "-m", "qddot", *arguments],
-        {"PYTHONPATH": str(cwd / ".types"), "PYTHONDONTWRITEBYTECODE": ""},
-    )
+    command = [sys.executable, "-P", "-m", "qddot", *arguments]
+    there = {"PYTHONPATH": str(cwd / ".types"), "PYTHONDONTWRITEBYTECODE": ""}  # as a user's Python, it keeps bytecode
     subprocess.run(command, cwd=cwd, env=os.environ | there, check=True, capture_output=True)

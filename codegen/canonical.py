@@ -9,7 +9,7 @@ import symengine.lib.symengine_wrapper as wrapper
 
 from qddot.codegen.identities import Polynomial, polynomial, spread
 from qddot.codegen.nodes import holds, operands
-from qddot.codegen.rewrite import rewrite, split_number
+from qddot.codegen.rewrite import fraction, rewrite, split_number
 
 _NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
 
@@ -52,7 +52,7 @@ def _exact(expression: Any) -> Any:
     if not holds(expression, se.RealDouble):
         return expression
     found = set(_nodes(expression))
-    floats = {node: exact(Fraction(repr(float(node)))) for node in found if isinstance(node, se.RealDouble)}
+    floats = {node: exact(fraction(node)) for node in found if isinstance(node, se.RealDouble)}
     return expression.xreplace(floats)
 
 

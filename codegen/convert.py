@@ -41,7 +41,7 @@ def _made(node: Any) -> Any:
         return se.Integer(0)
     if not node.args:
         return se.sympify(node)
-    build = _built_as(node) if isinstance(node, Value) else _BUILT_BY.get(type(node))
+    build = se.Function(_name_of(node)) if isinstance(node, Value) else _BUILT_BY.get(type(node))
     return build(*map(_made, node.args)) if build else _walked(node)
 
 
@@ -51,10 +51,6 @@ def _walked(node: Any) -> Any:
         node = node.replace(lambda part: isinstance(part, Value), lambda part: Function(_name_of(part))(*part.args))
     zeros = [each for each in atoms(node, Float) if not each]
     return with_symbols(se.sympify(node.xreplace(dict.fromkeys(zeros, Integer(0))) if zeros else node))
-
-
-def _built_as(value: Value) -> Any:
-    return se.Function(_name_of(value))
 
 
 def _name_of(value: Value) -> str:

@@ -145,12 +145,17 @@ def leading_number(term: Any) -> Any:
     return first if first is not None and is_number(first) else ONE
 
 
+def fraction(number: Any) -> Fraction:
+    """A literal number, a floating-point one as the decimal that it is written as; ValueError where it is not real."""
+    return Fraction(repr(float(number)) if isinstance(number, se.RealDouble) else str(number))
+
+
 def content(numbers: Sequence[Any]) -> Any:
     """The common divisor of numbers, negative where all of them are; 1 where one is no fraction."""
     if all(isinstance(number, se.Integer) for number in numbers):
         divisor, denominator = gcd(*map(int, numbers)), 1
     elif all(isinstance(number, se.Integer | se.Rational) for number in numbers):
-        values = [Fraction(str(number)) for number in numbers]
+        values = list(map(fraction, numbers))
         divisor = gcd(*(value.numerator for value in values))
         denominator = lcm(*(value.denominator for value in values))
     else:

@@ -9,7 +9,6 @@ are symbols, so nothing is proven by an identity of theirs.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from fractions import Fraction
 from itertools import chain
 from random import Random
 from typing import Any
@@ -20,7 +19,7 @@ from qddot.codegen.canonical import MOST_TURNS
 from qddot.codegen.identities import spread
 from qddot.codegen.kernel import Kernel
 from qddot.codegen.nodes import operands, symbols_of
-from qddot.codegen.rewrite import ONE, ZERO, is_number, rebuild, split_number
+from qddot.codegen.rewrite import ONE, ZERO, fraction, is_number, rebuild, split_number
 
 #: A Mersenne prime: the numbers below it are a field.
 P = 2**127 - 1
@@ -109,7 +108,7 @@ class Point:
         if isinstance(node, se.Add):
             return self._sum(node, parts)
         if isinstance(node, se.Mul):
-            return _product(parts)
+            return math.prod(parts) % P
         try:
             if is_number(node):
                 return _number(node)
@@ -185,16 +184,9 @@ def _turned(one: _Wave, other: _Wave) -> _Wave:
     return (s * d + c * t) % P, (c * d - s * t) % P
 
 
-def _product(parts: Sequence[int]) -> int:
-    value = 1
-    for part in parts:
-        value = value * part % P
-    return value
-
-
 def _number(node: Any) -> int:
-    """The value of a number, a floating-point one taken as the decimal that it is written as; ValueError if none."""
-    value = Fraction(repr(float(node)) if isinstance(node, se.RealDouble) else str(node))
+    """The value of a literal number; ValueError where it is not real."""
+    value = fraction(node)
     return value.numerator * pow(value.denominator, -1, P) % P
 
 
