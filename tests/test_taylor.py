@@ -8,6 +8,7 @@ from itertools import pairwise
 import adaptive_runs
 import numpy as np
 import pytest
+from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk, ellipkinc
 from sympy import Eq, Piecewise, Rational, cos, sin, symbols
@@ -23,6 +24,7 @@ from qddot.runner.machine import series_code
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Problem, Status
 from qddot.runner.takers import fitted
+from qddot.runner.taylor import step
 
 x, y, xdot, ydot, m, k, g, F = symbols("x y xdot ydot m k g F")
 half = Rational(1, 2)
@@ -111,6 +113,28 @@ def test_the_order_follows_the_tolerance_and_the_steps_do_not(model_of):
         run(model_of("orbit"), (0.0, 20.0), tol, initial=orbit(0.0, 0.5)).statistics.steps for tol in (1e-6, 1e-12)
     ]
     assert steps[1] < 1.3 * steps[0]
+
+
+ALLOWED = step.allowed
+
+
+@njit
+def allowed_step(before, last, order, decay):
+    return step.allowed(before, last, order, decay)
+
+
+def test_a_step_is_the_formulas_to_three_digits():
+    """Its logarithms and its power are shorter than those of `math`: nothing but a length hangs on them."""
+    rng = np.random.default_rng(8)
+    for order in (5, 12, 40):
+        decay = step.decay_for(1e-9, order)
+        assert decay == pytest.approx(np.log2(1e-9 ** (1 / order) * np.exp(-0.7 / (order - 1))), rel=1e-12)
+        for before, last in 10.0 ** rng.uniform(-300, 300, (200, 2)):
+            roots = before ** (-1 / (order - 1)), last ** (-1 / order)
+            assert allowed_step(before, last, float(order), decay) == pytest.approx(2.0**decay * min(roots), rel=5e-4)
+        assert allowed_step(0.0, 1e-3, float(order), decay) == pytest.approx(2.0**decay * 1e3 ** (1 / order), rel=5e-4)
+        assert allowed_step(0.0, 0.0, float(order), decay) == np.inf
+        assert allowed_step(np.inf, 1.0, float(order), decay) == allowed_step(1.0, np.inf, float(order), decay) == 0.0
 
 
 FREE = [n for n in available() if qddot.load(n).tables.recurrence and not qddot.load(n).tables.constraints]

@@ -19,7 +19,7 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.memory import LEAN, address, floats, integers, layout, record
 from qddot.runner.machine.series_memory import HIGHEST, NOW
-from qddot.runner.taylor.step import order_for
+from qddot.runner.taylor.step import decay_for, order_for
 
 if TYPE_CHECKING:
     from qddot.runner.machine.series_code import SeriesCode
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 #: Fields of a series, which all packs share; the memory of each pack stands in its rows `slopes`. series, polynomial:
 #: functions; states, inputs: where they begin in the memory, and the strides from order to order, in bytes; order: the
 #: highest. Factor j of n_factors is number[j] times the constants[first[j]:first[j+1]] of a run, at place[j] (doubles).
-#: bends: -1/(k (k-1)) for each order k. rtol: the least of all; decay: the step over the radius of convergence, its
-#: logarithm.
+#: bends: -1/(k (k-1)) for each order k. rtol: the least of all; decay: see `taylor.step.decay_for`.
 SERIES = layout(
     "series polynomial states state_stride inputs input_stride order n_factors place first constants number bends",
     "rtol decay",
@@ -60,7 +59,7 @@ def series_for(code: "SeriesCode", rtol: float) -> tuple[np.void, dict[str, NDAr
         order=order,
         n_factors=len(counts),
         rtol=rtol,
-        decay=np.log(rtol) / order - 0.7 / (order - 1),
+        decay=decay_for(rtol, order),
     )
     return made, arrays
 

@@ -275,11 +275,13 @@ class Emitter:
                 back = self.code.builder.sub(self._k, j)
                 loaded: dict[tuple[int, int], Any] = {}
                 for each, total in zip(part, totals, strict=True):
-                    for operand, index in ((each.left, j), (each.right, back)):
+                    # What the processor waits for, unknowns of the order before, is what is added last.
+                    of_left, of_right = (back, j) if each.right.late else (j, back)
+                    for operand, index in ((each.left, of_left), (each.right, of_right)):
                         key = (operand.place, id(index))
                         if key not in loaded:
                             loaded[key] = self.code.load(operand.place, index)
-                    left, right = loaded[each.left.place, id(j)], loaded[each.right.place, id(back)]
+                    left, right = loaded[each.left.place, id(of_left)], loaded[each.right.place, id(of_right)]
                     after.append(self.code.multiply_add(left, right, total))
             for each, value in zip(part, after, strict=True):
                 each.between = value

@@ -3,13 +3,12 @@
 A step ends where an input's piece ends, since the series beyond is another one, and where a condition changes its side.
 """
 
-import numpy as np
 
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import project, row_address, set_inputs, states
 from qddot.runner.frame.step_end import events_at_start, finish_step
-from qddot.runner.inputs.instants import after
+from qddot.runner.inputs.instants import after, rounding
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import INLINE, LEAN
 from qddot.runner.machine.series_calls import call_series
@@ -17,7 +16,7 @@ from qddot.runner.problem import Status
 from qddot.runner.taylor.inputs import pieces_end, write_inputs
 from qddot.runner.taylor.reach import reach
 from qddot.runner.taylor.sides import NOTHING, choose_sides, first_to_leave, turn
-from qddot.runner.taylor.space import NEW, WITHIN, advance, coefficient
+from qddot.runner.taylor.space import NEW, WITHIN, advance, coefficient, padded
 from qddot.runner.taylor.space import time_and_sense as memory_head
 from qddot.runner.taylor.step import largest, rank, step_size, worst_state
 
@@ -48,9 +47,8 @@ def take_step(space, course, log):
     while True:
         call_series(space.series, space.memory, space.highest)
         course.evaluations += 1
-        h = step_size(space, course.rtol)
-        least = 16.0 * np.spacing(abs(t))
-        if not h >= least:
+        h, least = step_size(space, course.rtol, course.decay), rounding(t)
+        if not (h >= least and h > 0.0):
             course.failed_state = worst_state(space, space.highest)
             return STEP_UNDERFLOW if h > 0.0 else NON_FINITE
         h = min(h, course.max_step)
@@ -94,7 +92,7 @@ def turn_after(space, course, i):
 def check_end(space, course):
     """NON_FINITE where a state at the end of the step is no number, or beyond the limit."""
     new, limit = states(space, NEW), rank(course.limit)
-    if largest(new, space.n) <= limit:
+    if largest(new, padded(space)) <= limit:
         return RUNNING
     i = 0
     while rank(new[i]) <= limit:
@@ -122,7 +120,7 @@ def complete_step(space, course, log, ended):
         turn(space, course.turned - 1)
         course.turned = 0
     source, target = states(space, row), coefficient(space, 0)
-    for i in range(space.n):
+    for i in range(padded(space)):
         target[i] = source[i]
     return status
 

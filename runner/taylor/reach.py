@@ -15,13 +15,13 @@ MOST_MOVED = 100.0
 
 @compiled(**LEAN)
 def reach(space, t, h, least):
-    """Write the end of a step h from t to row NEW; returns its length, 0 where it would become shorter than `least`."""
+    """Write the end of a step h from t to row NEW; returns its length, 0 where it would come down to `least`."""
     sum_series(space, h, NEW)
     if space.project == 0:
         return h
     while not stays(space, t, h):
         h *= 0.5
-        if h < least:
+        if h <= least:
             return 0.0
         sum_series(space, h, NEW)
     return h

@@ -19,7 +19,7 @@ from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Trajectory
 from qddot.runner.taylor.loop import run_slice
 from qddot.runner.taylor.space import COURSE, DENSE_OUTPUT, SPACE, space_for
-from qddot.runner.taylor.step import order_for
+from qddot.runner.taylor.step import decay_for, order_for
 
 if TYPE_CHECKING:
     from qddot.runner.method import Method
@@ -62,7 +62,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     times = None if recorder is not None else options.output_times
     wanted = wanted_times(times, problem.t0, problem.t1)
     refine = 0 if times is not None else options.refine or REFINE
-    course, loop = _course(problem, options), _compiled_loop()
+    course, loop = _course(problem, options, order), _compiled_loop()
     space["course"] = place(course)
     give_functions(space, DENSE_OUTPUT, events=bool(options.events), conditions=False)
     if recorder is not None:
@@ -85,7 +85,7 @@ def _workplace(problem: Problem, method: "Method", options: Options, recorder: R
     )
 
 
-def _course(problem: Problem, options: Options) -> np.void:
+def _course(problem: Problem, options: Options, order: int) -> np.void:
     return record(
         COURSE,
         max_steps=options.max_steps or 0,
@@ -96,5 +96,6 @@ def _course(problem: Problem, options: Options) -> np.void:
         first_step=options.first_step or 0.0,
         longest_first=problem.longest_first_step,
         rtol=options.least_rtol,
+        decay=decay_for(options.least_rtol, order),
         limit=options.divergence_limit,
     )

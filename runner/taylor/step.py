@@ -13,10 +13,10 @@ import numpy as np
 
 from qddot.runner.frame.space import states
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.elementary import bits_of, float_of
+from qddot.runner.machine.elementary import bits_of, elementary, float_of, log_parts, power_of_two
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.machine.series_memory import HIGHEST
-from qddot.runner.taylor.space import ATOL, RTOL, coefficient
+from qddot.runner.taylor.space import ATOL, RTOL, coefficient, padded
 
 #: R without sums over lower orders, with them, and under constraints; the lowest order. Beyond the highest one, terms
 #: of a linear model that cancel would be hundreds of times as large as their sum.
@@ -27,6 +27,11 @@ def order_for(rtol: float, sums: int, *, held: bool = False) -> int:
     """The order for a relative tolerance and a series with so many sums over lower orders; held: under constraints."""
     ratio = HELD if held else RATIO if sums else PLAIN
     return min(HIGHEST, max(LOWEST, math.ceil(-math.log(rtol) / ratio)))
+
+
+def decay_for(rtol: float, order: int) -> float:
+    """The logarithm, to base 2, of a step over the radius of convergence."""
+    return (math.log(rtol) / order - 0.7 / (order - 1)) / math.log(2.0)
 
 
 @compiled(**LEAN)
@@ -47,7 +52,7 @@ def sizes(space, rtol):
     now, before, last = coefficient(space, 0), coefficient(space, order - 1), coefficient(space, order)
     relative, absolute = states(space, RTOL), states(space, ATOL)
     one, two = 0, 0
-    for i in range(space.n):
+    for i in range(padded(space)):
         scale = rtol / max(relative[i] * abs(now[i]), absolute[i])
         of_before, of_last = rank(before[i] * scale), rank(last[i] * scale)
         one, two = of_before if of_before > one else one, of_last if of_last > two else two
@@ -77,16 +82,37 @@ def worst_state(space, k):
     return found
 
 
+@elementary
+def about_log2(x):
+    """log2(x) to 7e-4, -inf at 0: three digits of a step, in a third of the time."""
+    e, f = log_parts(x)
+    value = e + (0.000583 + f * (1.445644 + f * (-0.760965 + f * 0.447595)))
+    value = value if x < math.inf else x
+    return value if x > 0.0 else -math.inf
+
+
+@elementary
+def about_exp2(y):
+    """2**y to a part of 8e-5; 0 below 2**-1022."""
+    inside = y if y < 1023.0 else 1023.0
+    inside = inside if inside > -1022.0 else -1022.0
+    shifted = inside + 6755399441055744.0
+    f = inside - (shifted - 6755399441055744.0)
+    scale = power_of_two(bits_of(shifted) - bits_of(6755399441055744.0))
+    value = scale * (0.999928073 + f * (0.693261056 + f * (0.24261117 + f * 0.0551714178)))
+    value = value if y > -1022.0 else 0.0
+    return value if y < 1023.0 else math.inf
+
+
+@elementary
+def allowed(before, last, order, decay):
+    """The step by the sizes of the last two coefficients; 0 where one is infinite, infinite where both vanish."""
+    one, other = about_log2(before) * (1.0 / (order - 1.0)), about_log2(last) * (1.0 / order)
+    return about_exp2(decay - (one if one > other else other))
+
+
 @compiled(**LEAN)
-def step_size(space, rtol):
-    """The step by the last two coefficients; 0 where one is not finite, infinite where both vanish."""
-    order = space.highest
+def step_size(space, rtol, decay):
+    """The step that the series allows; 0 where a last coefficient is not finite, infinite where both vanish."""
     before, last = sizes(space, rtol)
-    if last == np.inf:
-        return 0.0
-    growth = -np.inf  # that of the radius's inverse, as a logarithm: a power would take two of them
-    if before > 0.0:
-        growth = np.log(before) / (order - 1)
-    if last > 0.0:
-        growth = max(growth, np.log(last) / order)
-    return np.exp(np.log(rtol) / order - 0.7 / (order - 1) - growth)
+    return allowed(before, last, float(space.highest), decay)
