@@ -13,7 +13,7 @@ from numba import types
 import qddot
 from qddot.runner import abi
 from qddot.runner.lanes.kernel import lane_rhs
-from qddot.runner.lanes.vectors import combine, estimate_errors
+from qddot.runner.lanes.vectors import combine, conclude, estimate_errors
 from qddot.runner.lanes.way import IN_LANES
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
@@ -241,6 +241,39 @@ def test_what_is_given_wrongly_is_named(m113_model):
         batch(parameters={"m_6": [1e4, 0.0]})
 
 
+@pytest.mark.parametrize("method", ["rk4", "vern7"])
+def test_sines_of_one_frequency_and_of_others_stand_side_by_side(m113_model, method):
+    """Channels that turn together are written together: as many as follow each other, the last of them read or not."""
+    runs, rng = 9, np.random.default_rng(5)
+    p, x, _ = random_runs(m113_model, runs)
+    speed, wave = rng.uniform(1, 2, runs), qddot.signal.sine(0.02, 3.0, mean=0.01)
+    leaning = qddot.signal.table([0.0, 0.9], [0.0, 0.1])
+    names = ["d_1", "tyre_force_2", "tyre_force_5"]
+    for others in ([wave], [leaning], [wave, leaning]):
+        signals = {f"z_{i}": [wave] * runs for i in range(1, 6)} | {
+            "z_4": [others[r % len(others)] for r in range(runs)]
+        }
+        moved = {
+            name: [
+                one.shifted(v * (2 if name == "z_3" else 1), rng.uniform(0, 0.4))
+                for one, v in zip(s, speed, strict=True)
+            ]
+            for name, s in signals.items()
+        }
+        batch = qddot.simulate_batch(
+            m113_model, (0.0, 0.2), method=method, parameters=p, initial=x, inputs=moved, output_times=3, names=names,
+            **settings_of(method),
+        )  # fmt: skip
+        assert batch.in_lanes
+        for run in (0, 8):
+            given = {
+                name: qddot.per_run(s[run], rate=np.ones(runs), offset=np.zeros(runs)) for name, s in moved.items()
+            }
+            solution = alone(m113_model, (0.0, 0.2), method, p, x, given, run, batch.output_times[run])
+            expected = np.array([solution[each] for each in names]).T
+            np.testing.assert_allclose(batch.samples[run], expected, rtol=1e-9)
+
+
 @needs_avx
 @pytest.mark.parametrize("name", MODELS)
 def test_the_lane_kernel_is_vectors_throughout(name):
@@ -257,6 +290,7 @@ def test_the_sums_of_a_step_are_vectors_throughout():
     def sums(n, row, h, now, slopes, new, atol, sizes):
         combine("dop853", row, n, h, now, slopes, new)
         estimate_errors("dop853", n, h, now, new, slopes, atol, 1e-6, 1e100, sizes)
+        conclude("rk4", n, h, now, slopes, new, sizes)
 
     assembly = fresh(sums, types.void(*[types.int64] * 8))
     assert len(re.findall(PACKED, assembly)) > 100

@@ -32,12 +32,15 @@ RUNNING, FINISHED = int(Status.RUNNING), int(Status.FINISHED)
 
 
 @compiled(**LEAN)
-def evaluate_stage(batch, pack, pair, i, look, where):
-    """Slope i of all lanes, at the states in the rows at an address; inputs are looked up where the time is new."""
+def evaluate_stage(batch, pack, pair, i, end, where):
+    """Slope i of all lanes, at the states in the rows at an address, and the inputs of the next stage before `end`.
+
+    Inputs do not wait for the slope, as that stage does; they are looked up where its time is new.
+    """
     c = floats(pair.c, MOST_STAGES)
-    if look or c[i] != c[i - 1]:
-        look_up_stage(batch, pack, c[i])
     call_lanes(batch.rhs, pack.control + ROW * AT, where, pack.u, pack.c, pack.slopes + ROW * batch.n * i)
+    if i + 1 < end and c[i + 1] != c[i]:
+        look_up_stage(batch, pack, c[i + 1])
 
 
 @compiled(**LEAN)
@@ -76,7 +79,7 @@ def compiled_loop(method: str, all_stages: int, next_slope: int) -> Any:
     last, first_dense, stages = np.int64(next_slope), np.int64(next_slope + 1), np.int64(all_stages)
 
     def loop(batch, pack, pair, control, longest_step, most_steps):
-        rows, n, h = doubles(pack.control), batch.n, pack.control + ROW * H
+        rows, n, h, c = doubles(pack.control), batch.n, pack.control + ROW * H, floats(pair.c, MOST_STAGES)
         factors = Factors(control.kind, control.order, control.beta, control.safety, control.least, control.most)
         for _ in range(most_steps):
             if pack.fresh != 0:
@@ -84,10 +87,11 @@ def compiled_loop(method: str, all_stages: int, next_slope: int) -> Any:
                 if all_idle(pack):
                     return FINISHED
             propose_steps(rows, control.stretch)
+            look_up_stage(batch, pack, c[1])
             for i in range(1, last + 1):
                 target = pack.stage if i < last else pack.new
                 combine(method, i, n, h, pack.now, pack.slopes, target)
-                evaluate_stage(batch, pack, pair, i, i == 1, target)
+                evaluate_stage(batch, pack, pair, i, last + 1, target)
             sizes = pack.control + ROW * ERROR
             estimate_errors(method, n, h, pack.now, pack.new, pack.slopes, batch.atol, batch.rtol, batch.limit, sizes)
             size_errors(rows, control.kind, pair.estimates, float(n))
@@ -95,9 +99,10 @@ def compiled_loop(method: str, all_stages: int, next_slope: int) -> Any:
             stuck = 0
             if closely > 0:
                 if stages > first_dense and sampled_within(pack) > 0:
+                    look_up_stage(batch, pack, c[first_dense])
                     for i in range(first_dense, stages):
                         combine(method, i, n, h, pack.now, pack.slopes, pack.stage)
-                        evaluate_stage(batch, pack, pair, i, i == first_dense, pack.stage)
+                        evaluate_stage(batch, pack, pair, i, stages, pack.stage)
                 sample_within(batch.sample, batch, pack, pair)
                 stuck = stuck_lanes(pack)
             accept(batch, pack, last)

@@ -17,7 +17,7 @@ from qddot.runner.lanes.lane import lane_of
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, LANES, PACK_TYPE, SIZE, H
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.values import ROW
-from qddot.runner.lanes.vectors import combine, sum_of_squares
+from qddot.runner.lanes.vectors import combine, conclude
 from qddot.runner.machine.calls import call_lanes, doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.lane_loop import lane_loop
@@ -64,15 +64,18 @@ def compiled_loop(method: str, stages: int) -> Any:
             closely = plan_steps(rows)
             if closely > 0:
                 plan_all_closely(batch, pack)
+            if pack.fresh != 0:
+                look_up_stage(batch, pack, c[0])
             where = pack.now
             for stage in range(count):
-                if pack.fresh != 0 if stage == 0 else c[stage] != c[stage - 1]:
-                    look_up_stage(batch, pack, c[stage])
                 slope = pack.slopes + ROW * batch.n * stage
                 call_lanes(batch.rhs, pack.control + ROW * AT, where, pack.u, pack.c, slope)
-                combine(method, stage + 1, batch.n, h, pack.now, pack.slopes, pack.new)
-                where = pack.new
-            sum_of_squares(batch.n, pack.new, pack.control + ROW * SIZE)
+                if stage + 1 < count:  # inputs first, which do not wait for the slope
+                    if c[stage + 1] != c[stage]:
+                        look_up_stage(batch, pack, c[stage + 1])
+                    combine(method, stage + 1, batch.n, h, pack.now, pack.slopes, pack.new)
+                    where = pack.new
+            conclude(method, batch.n, h, pack.now, pack.slopes, pack.new, pack.control + ROW * SIZE)
             diverged = end_steps(rows, limit)
             pack.now, pack.new = pack.new, pack.now
             pack.taken += 1

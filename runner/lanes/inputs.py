@@ -3,21 +3,25 @@
 from typing import Any
 
 from numba import types
+from numba.core import cgutils
 
 from qddot.runner import abi
 from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.instants import SIDE as INSIDE
 from qddot.runner.lanes.lane import channel_of, control_of, lane_of
-from qddot.runner.lanes.pack import AT, BATCH_TYPE, INPUT_ROWS, LANES, PACK_TYPE
-from qddot.runner.lanes.pieces import CUBIC, SINE, TABLE, classify, take_pieces
+from qddot.runner.lanes.pack import AT, BATCH_TYPE, CHANNEL_ROWS, INPUT_ROWS, LANES, PACK_TYPE
+from qddot.runner.lanes.pieces import CUBIC, CUBIC_AND_SINE, SINE, classify, take_pieces
 from qddot.runner.lanes.tables import read_tables
-from qddot.runner.lanes.values import ROW
+from qddot.runner.lanes.values import ROW, load, store
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.elementary import cos, sin
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.memory import BY_ADDRESS, LEAN, integers, intrinsic
 from qddot.runner.machine.pointers import caller
+
+#: Row of a channel with its value where nothing but sines moves it.
+CONSTANT = CHANNEL_ROWS["c0"]
 
 
 @lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER))
@@ -39,22 +43,28 @@ def turn(rows, channel_rows, sine, cosine):
         cosine[lane] = cos(angle)
 
 
-@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def sine_values(channel_rows, sine, cosine, u):
-    """Values of a channel's sines, its cubics being constant."""
-    for lane in range(LANES):
-        channel = channel_of(channel_rows, lane)
-        wave = channel.sine_part * sine[lane] + channel.cosine_part * cosine[lane]
-        u[lane] = channel.c0 + wave
+@intrinsic
+def add_sines(typing_context: Any, channel: Any, waves: Any, base: Any, stride: Any, target: Any, count: Any) -> Any:
+    """Rows at `target` = rows at `base`, each a stride further, and the sines of so many channels of one frequency.
 
+    waves: rows of the sine and cosine of its angle.
+    """
 
-@lane_loop(types.void(abi.POINTER, abi.POINTER, abi.POINTER, abi.POINTER))
-def add_sines(channel_rows, sine, cosine, u):
-    """Add the values of a channel's sines."""
-    for lane in range(LANES):
-        channel = channel_of(channel_rows, lane)
-        wave = channel.sine_part * sine[lane] + channel.cosine_part * cosine[lane]
-        u[lane] = u[lane] + wave
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        rows, turned, start, bytes_on, result, channels = arguments
+        row = start.type(ROW)
+        sine, cosine = load(builder, turned), load(builder, builder.add(turned, row))
+        with cgutils.for_range(builder, channels) as loop:
+            first = builder.add(rows, builder.mul(loop.index, row.type(ROW * INPUT_ROWS)))
+            sine_part, cosine_part = (
+                load(builder, builder.add(first, row.type(ROW * CHANNEL_ROWS[name])))
+                for name in ("sine_part", "cosine_part")
+            )
+            still = load(builder, builder.add(start, builder.mul(loop.index, bytes_on)))
+            store(sine_part * sine + (cosine_part * cosine + still), builder.add(result, builder.mul(loop.index, row)))
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 6), emit
 
 
 @lane_loop(types.void(abi.POINTER, types.float64))
@@ -108,21 +118,22 @@ def read_inputs(batch, pack, whole):
     if outside(doubles(pack.control)) > 0:
         exchange(batch, pack)
     kind, leader = integers(pack.kind, batch.n_watched), integers(pack.leader, batch.n_watched)
-    times = doubles(pack.control + ROW * AT)
-    for i in range(batch.n_watched if whole else batch.n_inputs):
-        channel_rows, u = doubles(pack.inputs + ROW * INPUT_ROWS * i), doubles(pack.u + ROW * i)
-        if kind[i] == TABLE:
-            continue
-        if kind[i] & CUBIC:
-            cubic_values(times, channel_rows, u)
-        if kind[i] & SINE:
+    alike, times = integers(pack.alike, batch.n_watched), doubles(pack.control + ROW * AT)
+    end, i = batch.n_watched if whole else batch.n_inputs, 0
+    while i < end:
+        channel, u, count = pack.inputs + ROW * INPUT_ROWS * i, pack.u + ROW * i, 1
+        if kind[i] == CUBIC or kind[i] == CUBIC_AND_SINE:
+            cubic_values(times, doubles(channel), doubles(u))
+        if kind[i] == SINE or kind[i] == CUBIC_AND_SINE:
             waves = pack.turns + 2 * ROW * leader[i]
             if leader[i] == i:
-                turn(doubles(pack.control), channel_rows, doubles(waves), doubles(waves + ROW))
-            if kind[i] & CUBIC:
-                add_sines(channel_rows, doubles(waves), doubles(waves + ROW), u)
+                turn(doubles(pack.control), doubles(channel), doubles(waves), doubles(waves + ROW))
+            if kind[i] == SINE:
+                count = min(alike[i], end - i)
+                add_sines(channel, waves, channel + ROW * CONSTANT, ROW * INPUT_ROWS, u, count)
             else:
-                sine_values(channel_rows, doubles(waves), doubles(waves + ROW), u)
+                add_sines(channel, waves, u, ROW, u, count)
+        i += count
     if whole:
         read_tables(batch, pack, batch.all_even, batch.all_guided)
     else:
@@ -142,4 +153,5 @@ def look_up(typing_context: Any, where: Any, batch: Any, pack: Any, whole: Any) 
 def look_up_stage(batch, pack, c):
     """Write the inputs of a stage that is at the part c of the step, looked up strictly inside the step."""
     set_times(doubles(pack.control), c)
-    look_up(batch.look_up, batch, pack, 0)
+    if batch.n_inputs > 0:
+        look_up(batch.look_up, batch, pack, 0)

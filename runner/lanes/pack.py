@@ -33,11 +33,12 @@ BATCH = layout(
 #: Fields of a pack: addresses of rows of lanes (now: the states at T; new: after the step; stage: of a stage; slopes;
 #: u; c; control and inputs: the rows named below), of integers per lane (run: -1 where idle; sample: the next one;
 #: landing; counts), of scratch for one lane (x_lane, u_lane, y_lane), of weights of dense output, of cursors (LANES,
-#: channels) and kinds (channels,); waved: channels whose series has a sine; taken: steps; fresh: whether inputs (fixed
-#: steps) or slopes (adaptive) are to be taken anew. Taylor's method: slopes is the memory of the series, now within it.
+#: channels) and kinds (channels,); leader, alike: see `pieces.classify`; waved: channels whose series has a sine;
+#: taken: steps; fresh: whether inputs (fixed steps) or slopes (adaptive) are to be taken anew. Taylor's method: slopes
+#: is the memory of the series, now within it.
 PACK = layout(
     "now new stage slopes u c control inputs run sample landing steps evaluations failed_attempts "
-    "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader waved taken fresh"
+    "x_lane u_lane y_lane weights turns piece break_at lane_kind kind leader alike waved taken fresh"
 )
 
 #: Rows of `control`, one number a lane, which a lane reads by name (see `lane`). t: time of the state; h: length of the
@@ -103,5 +104,5 @@ def make_pack(batch: np.void, slope_rows: int) -> tuple[np.void, dict[str, NDArr
     for name in ("piece", "break_at", "lane_kind"):
         arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
     arrays["kind"] = np.full(channels, -1)
-    arrays["leader"], arrays["waved"] = np.zeros((2, channels), dtype=np.int64)
+    arrays["leader"], arrays["alike"], arrays["waved"] = np.zeros((3, channels), dtype=np.int64)
     return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays

@@ -89,8 +89,12 @@ def take_pieces(batch, pack, lane):
 
 @compiled(**LEAN)
 def classify(batch, pack):
-    """Find out what each channel needs in any lane, and which earlier channel turns at the same frequencies."""
+    """Find out what each channel needs in any lane, and which earlier channel turns at the same frequencies.
+
+    And how many from it on are nothing but sines of the same frequencies.
+    """
     kind, leader = integers(pack.kind, batch.n_watched), integers(pack.leader, batch.n_watched)
+    alike = integers(pack.alike, batch.n_watched)
     for i in range(batch.n_watched):
         kind[i] = TABLE if integers(batch.way, 1)[i] else STEADY
         leader[i] = i
@@ -103,6 +107,9 @@ def classify(batch, pack):
             for j in range(i - 1, -1, -1):
                 if (kind[j] == SINE or kind[j] == CUBIC_AND_SINE) and same_frequency(pack, i, j):
                     leader[i] = leader[j]
+    for i in range(batch.n_watched - 1, -1, -1):
+        more = i + 1 < batch.n_watched and kind[i] == kind[i + 1] == SINE and leader[i] == leader[i + 1]
+        alike[i] = 1 + (alike[i + 1] if more else 0)
 
 
 @compiled(**LEAN)

@@ -9,26 +9,25 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.lanes.values import ROW, Value, load, over_states, splat, store, zeros
 from qddot.runner.machine.memory import intrinsic
 from qddot.runner.methods import find_method
+from qddot.runner.tableaux.butcher import ButcherTableau
 
 
 @cache
-def rows_of(method: str) -> tuple[NDArray[np.float64], ...]:
-    """Weights of the slopes, row after row: each stage's, those of dense output included, then b."""
+def tableau_of(method: str) -> ButcherTableau:
+    """The tableau of a method, with the stages of its dense output."""
     found = find_method(method)
     tableau = found.tableau if found.pair is None else found.pair.dense
-    if tableau is None or found.tableau is None:
+    if tableau is None:
         raise ValueError(f"method {method!r} has no tableau")
-    return (*tableau.A, found.tableau.b)
+    return tableau
 
 
 def weighted(builder: Any, weights: Sequence[float], slopes: Any, stride: Any, place: Any) -> Value:
@@ -45,7 +44,7 @@ def weighted(builder: Any, weights: Sequence[float], slopes: Any, stride: Any, p
 
 @intrinsic(prefer_literal=True)
 def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: Any, slopes: Any, target: Any) -> Any:
-    """Target = base + h * (row `row` of the method's tableau times the slopes), for n states of all lanes.
+    """Target = base + h * (row `row` of the method's A times the slopes), for n states of all lanes.
 
     Arguments after the row are addresses of rows; the slopes follow each other.
     """
@@ -53,7 +52,7 @@ def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: An
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         _, chosen, states, step, start, first, result = arguments
         h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
-        rows = rows_of(method.literal_value)
+        rows = tableau_of(method.literal_value).A
         end = builder.append_basic_block("combined")
         switch = builder.switch(chosen, end)
         for index, weights in enumerate(rows):
@@ -76,23 +75,31 @@ def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: An
     return types.void(method, types.int64, types.int64, *[address] * 4), emit
 
 
-@intrinsic
-def sum_of_squares(typing_context: Any, n: Any, base: Any, target: Any) -> Any:
-    """The row at `target` = the sum of squares of n states, a quick look whether any of them is out of bounds."""
+@intrinsic(prefer_literal=True)
+def conclude(typing_context: Any, method: Any, n: Any, h: Any, base: Any, slopes: Any, target: Any, size: Any) -> Any:
+    """Target = base + h * (the method's b times the slopes), for n states of all lanes: the end of a step.
+
+    The row at `size` = their sum of squares, a quick look whether any of them is out of bounds.
+    """
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        states, start, result = arguments
+        _, states, step, start, first, result, sizes = arguments
+        h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
         total = cgutils.alloca_once_value(builder, zeros(builder).value)
 
         def body(place: Any) -> None:
-            x = load(builder, builder.add(start, place))
+            slope = weighted(builder, tableau_of(method.literal_value).b, first, stride, place)
+            x = slope * h_lanes + load(builder, builder.add(start, place))
+            store(x, builder.add(result, place))
             builder.store((x * x + Value(builder, builder.load(total))).value, total)
 
         over_states(builder, states, body)
-        store(Value(builder, builder.load(total)), result)
+        store(Value(builder, builder.load(total)), sizes)
         return context.get_dummy_value()
 
-    return types.void(types.int64, types.int64, types.int64), emit
+    if not isinstance(method, types.StringLiteral):
+        return None
+    return types.void(method, *[types.int64] * 6), emit
 
 
 @intrinsic(prefer_literal=True)

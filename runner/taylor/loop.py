@@ -3,7 +3,6 @@
 A step ends where an input's piece ends, since the series beyond is another one, and where a condition changes its side.
 """
 
-
 from qddot.runner.frame.log import has_room, next_stop
 from qddot.runner.frame.search import NONE
 from qddot.runner.frame.space import project, row_address, set_inputs, states
