@@ -27,6 +27,7 @@ def groups(quick: bool) -> Iterator[Table]:
     m113 = qddot.model.m113.system()
     contenders = {
         "M113, derive": lambda: derive(m113),
+        "M113, right-hand side, accelerations solved for and optimized": lambda: lower_rhs(derive(m113)),
         "M113, derive and lower all kernels": lambda: lower(derive(m113)),
         "M113, kernels and equations as text": lambda: artefacts(m113, "model.py"),
     }

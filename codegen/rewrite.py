@@ -197,7 +197,7 @@ class Names:
     """Gives names that nothing else has."""
 
     def __init__(self, taken: Iterable[Any]) -> None:
-        self._taken = {str(name) for name in taken}
+        self._taken = {name if isinstance(name, str) else name.name for name in taken}
         self._count: dict[str, int] = {}
 
     def fresh(self, wish: str) -> Any:

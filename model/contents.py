@@ -46,7 +46,7 @@ def declared(system: "System") -> Iterator[Named]:
         yield "quantity", quantity.symbol
         if quantity.rate is not None:
             yield "quantity rate", quantity.rate
-    for table in tables(system):
+    for table in system.tables:
         yield from (("table", Symbol(name)) for name in table.names)
     yield from (("multiplier", constraint.symbol) for constraint in system.constraints)
     for impact in (event for event in system.events if isinstance(event, Impact)):

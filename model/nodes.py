@@ -19,9 +19,10 @@ def nodes(expression: Basic) -> frozenset[Basic]:
     return frozenset(found)
 
 
-def atoms(expression: Basic, *kinds: type) -> set[Any]:
+@lru_cache(maxsize=4096)
+def atoms(expression: Basic, *kinds: type) -> frozenset[Any]:
     """The parts of these kinds."""
-    return {node for node in nodes(expression) if isinstance(node, kinds)}
+    return frozenset(node for node in nodes(expression) if isinstance(node, kinds))
 
 
 def free(value: Any) -> set[Symbol]:
