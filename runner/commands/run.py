@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
+from qddot.runner.commands.ahead import compiling_ahead
 from qddot.runner.files import named, ready
 from qddot.runner.machine.compiling import compiled_for
 from qddot.runner.pictures.arrange import run_picture
@@ -31,6 +32,11 @@ def run(path: Path, into: Path, drawing: Drawing | None, settings: Sequence[str]
 
     settings: "key=value" in place of the file's; row: the run of the study's sweep. Both stand in the files' names.
     """
+    with compiling_ahead():
+        return _run(path, into, drawing, settings, row)
+
+
+def _run(path: Path, into: Path, drawing: Drawing | None, settings: Sequence[str], row: int | None) -> int:
     ready_study = chosen(path, settings, row)
     study = ready_study.tables
     which = told(study, row)

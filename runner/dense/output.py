@@ -91,7 +91,7 @@ class DenseOutput:
             degree = t.shape[1] - 1
             stride = degree if self.method.family == "fixed" else 1
             work = work_for(x.shape[2], len(found), len(problem.inputs.first))
-            _compiled_extremes()(source, (t, x, points(degree)), work, stride, low, high, found)
+            compiled_extremes()(source, (t, x, points(degree)), work, stride, low, high, found)
 
         self._go_through(take)
         found[:, 1::2] *= self._sense
@@ -163,7 +163,8 @@ def _compiled_states() -> Any:
 
 
 @cache
-def _compiled_extremes() -> Any:
+def compiled_extremes() -> Any:
+    """`extremes`, compiled."""
     source = types.Tuple((types.int64, types.int64, INPUTS, abi.VECTOR, abi.VECTOR))
     work = typeof(work_for(1, 1, 1))
     scalars = (types.int64, types.float64, types.float64)

@@ -46,7 +46,7 @@ def _empty(count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 
 def sample(table: InputTable, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
     """Write all channels at times (n,) into values (n, n_channels); at a jump, the limit from the right."""
-    _sample(table, reader_for(table), times, values)
+    write_samples(table, reader_for(table), times, values)
 
 
 @compiled()
@@ -56,7 +56,8 @@ def evaluate(table, reader, t, t_side, count, u):
 
 
 @compiled()
-def _sample(table, reader, times, values):
+def write_samples(table, reader, times, values):
+    """`sample`, by a reader."""
     for i in range(len(times)):
         evaluate(table, reader, times[i], times[i], len(table.first), values[i])
 

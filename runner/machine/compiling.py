@@ -54,6 +54,16 @@ def working_time() -> float:
 
 
 @contextmanager
+def waiting_for_code() -> Iterator[None]:
+    """A block in which another process compiles what this one waits for: it counts as compiling."""
+    _CLOCK.on_start(None)
+    try:
+        yield
+    finally:
+        _CLOCK.on_end(None)
+
+
+@contextmanager
 def when_compiling(tell: Callable[[], None]) -> Iterator[None]:
     """Within a block, call `tell` when numba begins to compile: once, and not at all where everything is cached."""
     _CLOCK.tell = tell

@@ -7,6 +7,8 @@ it is read back, two thirds of the time go into the latter, which hardly any pro
 import contextlib
 import pickle
 import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,8 +19,12 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import compile_result
 from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
 
+from qddot.runner.machine.compiling import waiting_for_code
+
 #: Stands in the keys of what is kept in this form: versions of qddot that keep another do not see it.
 _FORM = "names, machine code, bitcode"
+#: Seconds between two looks for what another process compiles.
+_LOOK = 0.01
 
 
 class _Locator(UserProvidedCacheLocator):
@@ -91,11 +97,33 @@ class Cache(FunctionCache):
     """Numba's cache of a function, without which the program goes on: a disk may be full, a file cut short."""
 
     _impl_class = _Kept
+    #: Whether another process still compiles, and the functions that it does.
+    _elsewhere: tuple[Callable[[], bool], frozenset[Any]] = (lambda: False, frozenset())
+
+    @classmethod
+    @contextlib.contextmanager
+    def elsewhere(cls, running: Callable[[], bool], functions: Iterable[Any]) -> Iterator[None]:
+        """Within the block another process compiles these functions: while it runs, they are waited for."""
+        before, cls._elsewhere = cls._elsewhere, (running, frozenset(functions))
+        try:
+            yield
+        finally:
+            cls._elsewhere = before
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (*super()._index_key(sig, codegen), _FORM)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is there, None where it cannot be read; waits for what another process compiles, see `elsewhere`."""
+        found, (running, functions) = self._found(sig, target_context), self._elsewhere
+        if found is None and self._py_func in functions:
+            with waiting_for_code():
+                while found is None and running():
+                    time.sleep(_LOOK)
+                    found = self._found(sig, target_context)
+        return found
+
+    def _found(self, sig: Any, target_context: Any) -> Any:
         """What is there, None where it cannot be read.
 
         Numba would import first, and look through, all that it could compile with.

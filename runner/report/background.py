@@ -1,4 +1,4 @@
-"""A drawing process beside the run: it imports matplotlib while the run compiles or integrates, and then draws."""
+"""Processes beside the run; one draws: it imports matplotlib while the run compiles or integrates, and then draws."""
 
 import contextlib
 import os
@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from threading import Thread
 from typing import IO, TYPE_CHECKING, NoReturn
@@ -18,14 +19,36 @@ if TYPE_CHECKING:
 _PATIENCE = 5.0
 
 
+def begin(module: str, environment: Mapping[str, str], **pipes: int) -> "subprocess.Popen[bytes]":
+    """A process of this Python that calls `main` of a module; environment: what differs there."""
+    code = f"import gc; gc.disable(); from {module} import main; main()"
+    command = [sys.executable, "-P", "-c", code]  # -P: nothing that lies where the user stands
+    return subprocess.Popen(command, env=os.environ | environment, **pipes)  # type: ignore[call-overload,no-any-return]
+
+
+def end(process: "subprocess.Popen[bytes]") -> None:
+    """End a process where it still runs; it removes what it has half written."""
+    if process.poll() is not None:
+        return
+    process.terminate()
+    try:
+        process.communicate(timeout=_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+
+
+def leave_when_told() -> None:
+    """Have SIGTERM end this process as an exception does."""
+    signal.signal(signal.SIGTERM, _leave)
+
+
 class Drawing:
     """Starts the process at once; `begin` hands it the picture, `finish` waits for the picture; leaving ends it."""
 
     def __init__(self) -> None:
-        code = "import gc; gc.disable(); from qddot.runner.report.background import main; main()"
-        command = [sys.executable, "-P", "-c", code]  # -P: nothing that lies where the user stands
-        sparing = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
-        self._process = subprocess.Popen(command, env=sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        sparing = {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
+        self._process = begin(__name__, sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def begin(self, picture: "Picture", path: Path) -> None:
         """Hand over the picture and the file to draw it into; not held up where matplotlib is not ready."""
@@ -47,18 +70,12 @@ class Drawing:
 
     def __exit__(self, *_: object) -> None:
         """End the process where it still waits or draws; it removes what it has half written."""
-        if self._process.returncode is None:
-            self._process.terminate()
-            try:
-                self._process.communicate(timeout=_PATIENCE)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.communicate()
+        end(self._process)
 
 
 def main() -> None:
     """Import what drawing needs, wait for a picture and a path on the standard input, draw; end at once on SIGTERM."""
-    signal.signal(signal.SIGTERM, _leave)
+    leave_when_told()
     try:
         _draw()
     except (SystemExit, KeyboardInterrupt):

@@ -1,0 +1,45 @@
+"""What a first run needs last, compiled beside it by another process from the start: a second core takes a third."""
+
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from qddot.runner.dense.extremes import extremes
+from qddot.runner.dense.output import compiled_extremes
+from qddot.runner.frame.step_end import FINISH, finish
+from qddot.runner.inputs.reader import sample, write_samples
+from qddot.runner.inputs.signal import stack
+from qddot.runner.machine.compiled import cache_directory
+from qddot.runner.machine.kept import Cache
+from qddot.runner.machine.places import NAMED
+from qddot.runner.machine.pointers import pointer
+from qddot.runner.report.background import begin, end, leave_when_told
+from qddot.runner.workers import cores
+
+
+@contextmanager
+def compiling_ahead() -> Iterator[None]:
+    """Within the block another process compiles what runs of all methods need last, where that has not been compiled.
+
+    It does so on a core of its own, or not at all.
+    """
+    folder = cache_directory()
+    if folder is None or cores() < 2 or any(folder.glob(f"*/*.{extremes.__name__}-*.nbi")):
+        yield
+        return
+    beside = begin(__name__, {NAMED: str(folder.parent)}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        with Cache.elsewhere(lambda: beside.poll() is None, (finish.py_func, write_samples.py_func, extremes)):
+            yield
+    finally:
+        end(beside)
+
+
+def main() -> None:
+    """Compile it, into the folder that the environment names."""
+    leave_when_told()
+    pointer(finish, FINISH, "finish")
+    sample(stack([], []), np.zeros(0), np.zeros((0, 0)))
+    compiled_extremes()
