@@ -15,7 +15,7 @@ from qddot.runner.problem import Status
 from qddot.runner.taylor.inputs import pieces_end, write_inputs
 from qddot.runner.taylor.reach import reach
 from qddot.runner.taylor.sides import NOTHING, choose_sides, first_to_leave, turn
-from qddot.runner.taylor.space import NEW, WITHIN, advance, coefficient, padded
+from qddot.runner.taylor.space import NEW, WITHIN, advance, coefficient
 from qddot.runner.taylor.space import time_and_sense as memory_head
 from qddot.runner.taylor.step import largest, rank, step_size, worst_state
 
@@ -91,7 +91,7 @@ def turn_after(space, course, i):
 def check_end(space, course):
     """NON_FINITE where a state at the end of the step is no number, or beyond the limit."""
     new, limit = states(space, NEW), rank(course.limit)
-    if largest(new, padded(space)) <= limit:
+    if largest(new, space.n) <= limit:
         return RUNNING
     i = 0
     while rank(new[i]) <= limit:
@@ -119,7 +119,7 @@ def complete_step(space, course, log, ended):
         turn(space, course.turned - 1)
         course.turned = 0
     source, target = states(space, row), coefficient(space, 0)
-    for i in range(padded(space)):
+    for i in range(space.n):
         target[i] = source[i]
     return status
 

@@ -43,7 +43,6 @@ def space_for(
     memory[places.states : places.states + n] = problem.initial_state
     code.fill_factors(memory, np.asarray(problem.constants, dtype=np.float64))
     rows = work.reshape(_ROWS, -1)
-    rows[ATOL] = 1.0  # beside the states too, where coefficients are 0
     rows[RTOL, :n], rows[ATOL, :n] = rtol, np.maximum(atol, 1e-300)
     space, arrays = make_space(
         SPACE,
@@ -77,12 +76,6 @@ def on_cache_line(size: int) -> NDArray[np.float64]:
 def coefficient(space, k):
     """The coefficients of order k of all states, (n,)."""
     return floats(space.states_at + space.state_stride * k, space.n)
-
-
-@compiled(**LEAN)
-def padded(space):
-    """The states of a row with what fills its last cache line, so that all are passed over side by side."""
-    return (space.n + 7) & -8
 
 
 @compiled(**VIEW)

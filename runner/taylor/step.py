@@ -16,7 +16,7 @@ from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.elementary import bits_of, elementary, float_of, log_parts, power_of_two
 from qddot.runner.machine.memory import LEAN
 from qddot.runner.machine.series_memory import HIGHEST
-from qddot.runner.taylor.space import ATOL, RTOL, coefficient, padded
+from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
 #: R without sums over lower orders, with them, and under constraints; the lowest order. Beyond the highest one, terms
 #: of a linear model that cancel would be hundreds of times as large as their sum.
@@ -52,7 +52,7 @@ def sizes(space, rtol):
     now, before, last = coefficient(space, 0), coefficient(space, order - 1), coefficient(space, order)
     relative, absolute = states(space, RTOL), states(space, ATOL)
     one, two = 0, 0
-    for i in range(padded(space)):
+    for i in range(space.n):
         scale = rtol / max(relative[i] * abs(now[i]), absolute[i])
         of_before, of_last = rank(before[i] * scale), rank(last[i] * scale)
         one, two = of_before if of_before > one else one, of_last if of_last > two else two
