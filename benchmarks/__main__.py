@@ -1,5 +1,6 @@
 """`python -m benchmarks [--quick] [GROUP ...]`: tables on the terminal; tables, JSON and figures in results/."""
 
+import argparse
 import sys
 import traceback
 from collections.abc import Mapping
@@ -27,13 +28,15 @@ RESULTS = Path("results")
 
 def main(arguments: list[str]) -> int:
     """Run the groups named, or all; 1 where a group failed. What was measured is written after each group."""
-    quick = "--quick" in arguments
-    names = [name for name in arguments if not name.startswith("-")] or list(GROUPS)
-    for name in names:
+    parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__, allow_abbrev=False)
+    parser.add_argument("--quick", action="store_true", help="fewer runs, of smaller models")
+    parser.add_argument("groups", nargs="*", metavar="GROUP", help=f"of {', '.join(GROUPS)}; all where none is named")
+    given = parser.parse_args(arguments)
+    for name in given.groups:
         if name not in GROUPS:
-            raise SystemExit(f"no group {name!r}; there are {', '.join(GROUPS)}")
+            parser.error(f"no group {name!r}; there are {', '.join(GROUPS)}")
     print(f"{machine()}\n", flush=True)
-    return run({name: GROUPS[name] for name in names}, quick, RESULTS)
+    return run({name: GROUPS[name] for name in given.groups or GROUPS}, given.quick, RESULTS)
 
 
 def run(groups: Mapping[str, ModuleType], quick: bool, folder: Path) -> int:
