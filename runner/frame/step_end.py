@@ -53,6 +53,8 @@ def finish_step(space, log, watch, t, h, end, where):
     The step goes from t over h to `end`, which is t + h to rounding; its new state is at the address `where`. A
     terminal event ends it; the state there is not saved here, as the last of a run is saved anyway.
     """
+    if watch.count == 0 and log.refine == 0 and next_wanted(log) > end:
+        return NONE
     return _call_finish(space.finish, (common(space), log, watch, t, h, end, where))
 
 
