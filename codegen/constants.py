@@ -78,19 +78,21 @@ class _Hoisting:
         """The expression with its parameter-only parts named."""
         if found := symbols_of(expression) & self.renamed.keys():
             expression = expression.subs({symbol: self.renamed[symbol] for symbol in found})
-        if not operands(expression) or not symbols_of(expression):
+        parts, symbols = operands(expression), symbols_of(expression)
+        if not parts or not symbols:
             return expression
-        if symbols_of(expression) <= self.constant and not is_condition(expression):
+        if symbols <= self.constant and not is_condition(expression):
             return self.named(expression)
-        if isinstance(expression, se.Mul | se.Add):
-            parts = operands(expression)
-            fixed = [part for part in parts if symbols_of(part) <= self.constant]
-            moving = [self.stripped(part) for part in parts if not symbols_of(part) <= self.constant]
-            build = se.Mul if isinstance(expression, se.Mul) else se.Add
-            if any(symbols_of(part) for part in fixed):
-                return build(self.named(build(*fixed)), *moving)
-            return build(*fixed, *moving)
-        return rebuild(expression, [self.stripped(part) for part in operands(expression)])
+        if not isinstance(expression, se.Mul | se.Add):
+            return rebuild(expression, [self.stripped(part) for part in parts])
+        build = se.Mul if isinstance(expression, se.Mul) else se.Add
+        fixed = [part for part in parts if symbols_of(part) <= self.constant]
+        moving = [part for part in parts if not symbols_of(part) <= self.constant] if fixed else parts
+        left = [self.stripped(part) for part in moving]
+        if any(map(symbols_of, fixed)):
+            return build(self.named(build(*fixed)), *left)
+        same = all(new is old for new, old in zip(left, moving, strict=True))
+        return expression if same else build(*fixed, *left)
 
 
 def telling(expression: Any) -> str | None:

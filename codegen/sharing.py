@@ -66,24 +66,16 @@ class _Sharing:
         self.symbols: dict[Any, Any] = {}
         self.values: dict[Any, Any] = {}
         self.given: dict[Any, Any] = {}
-        self._split: dict[Any, tuple[Any, Any]] = {}
-
-    def split(self, term: Any) -> tuple[Any, Any]:
-        """`split_number`, remembered."""
-        found = self._split.get(term)
-        if found is None:
-            found = self._split[term] = split_number(term)
-        return found
 
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
         waiting = [expression]
         while waiting:
-            _, node = self.split(waiting.pop())
+            _, node = split_number(waiting.pop())
             if not operands(node) or node in self.parts:
                 continue
             if isinstance(node, se.Add):
-                self.parts[node] = {rest: number for number, rest in map(self.split, operands(node))}
+                self.parts[node] = {rest: number for number, rest in map(split_number, operands(node))}
             elif isinstance(node, se.Mul):
                 self.parts[node] = dict.fromkeys(operands(node), ONE)
             else:
@@ -93,7 +85,7 @@ class _Sharing:
     def give(self, expression: Any, symbol: Any) -> None:
         """Let a sum or product be known by a symbol."""
         self.values[expression] = symbol
-        number, node = self.split(expression)
+        number, node = split_number(expression)
         if number == ONE and isinstance(node, se.Add | se.Mul):
             self.survey(expression)
             self.symbols[node] = self.given[node] = symbol
@@ -105,7 +97,7 @@ class _Sharing:
         elif self.parts.get(node):
             yield from self.parts[node]
         else:
-            yield from (self.split(part)[1] for part in operands(node))
+            yield from (split_number(part)[1] for part in operands(node))
             if is_square(node):
                 yield operands(node)[0]
 
@@ -168,7 +160,7 @@ class _Sharing:
 
     def count(self, expressions: tuple[Any, ...]) -> None:
         """Count how often each node is referred to."""
-        stack = [self.split(expression)[1] for expression in reversed(expressions)]
+        stack = [split_number(expression)[1] for expression in reversed(expressions)]
         seen: set[Any] = set()
         while stack:
             node = stack.pop()
@@ -179,7 +171,7 @@ class _Sharing:
 
     def emit(self, expression: Any, out: list[Assignment], wish: Any = None) -> Any:
         """An expression in terms of temporaries; those not yet assigned are appended to `out`."""
-        number, node = self.split(expression)
+        number, node = split_number(expression)
         if node in self.symbols:
             return _times(number, self.symbols[node])
         if not operands(node) and node not in self.common:
