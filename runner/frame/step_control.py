@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qddot.runner.machine.elementary import elementary, exp, log
+from qddot.runner.machine.bits import elementary
+from qddot.runner.machine.exponentials import exp, log
 from qddot.runner.machine.memory import layout, record
 
 MATLAB, STANDARD, PI = range(3)

@@ -13,9 +13,9 @@ from qddot.runner.lanes.pack import AT, BATCH_TYPE, CHANNEL_ROWS, INPUT_ROWS, LA
 from qddot.runner.lanes.pieces import CUBIC, CUBIC_AND_SINE, SINE, classify, take_pieces
 from qddot.runner.lanes.tables import read_tables
 from qddot.runner.lanes.values import ROW, load, store
+from qddot.runner.machine.angles import cos, sin
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.elementary import cos, sin
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.memory import BY_ADDRESS, LEAN, integers, intrinsic
 from qddot.runner.machine.pointers import caller

@@ -10,7 +10,8 @@ from numba.core.errors import NumbaError
 
 from qddot.runner import abi
 from qddot.runner.load import LoadError, Model
-from qddot.runner.machine.elementary import FORMS, elementary
+from qddot.runner.machine.bits import elementary
+from qddot.runner.machine.elementary import FORMS
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.row import row
 from qddot.runner.machine.straight import straight

@@ -14,9 +14,9 @@ from qddot.runner import abi
 from qddot.runner.lanes.lane import channel_of, input_of, lane_of
 from qddot.runner.lanes.pack import CHANNEL_ROWS, INPUT_ROWS, LANES
 from qddot.runner.lanes.values import ROW, Value, load, store
+from qddot.runner.machine.bits import bits_of, float_of
 from qddot.runner.machine.calls import INTEGERS, doubles, numbers
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.elementary import bits_of, float_of
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.memory import LEAN, floats, integers, intrinsic
 
