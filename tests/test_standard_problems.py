@@ -176,6 +176,15 @@ def slope(problem, x):
     return dx
 
 
+def test_ode15s_goes_on_where_loose_tolerances_leave_algebraic_states_far_off():
+    """Newton's method was too slow from there, however short the step: one of sixty tolerances beside 1e-2 failed."""
+    amplifier = PROBLEMS["Transistor amplifier"]
+    for rtol in 10.0 ** -np.linspace(2.0, 3.0, 201):
+        found = amplifier.solve("ode15s", float(rtol))
+        assert found.status == Status.FINISHED, rtol
+        assert amplifier.significant_digits(found.states[-1]) > -np.log10(rtol) - 1.0
+
+
 @pytest.mark.parametrize("scale", [1.0, 1e-2, 1e-4])
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
 def test_ode15s_passes_zero_crossings_of_algebraic_states(rtol, scale):

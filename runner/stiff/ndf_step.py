@@ -27,6 +27,8 @@ from qddot.runner.stiff.system import (
 MOST_ITERATIONS = 4
 #: A failed step whose error stays above this part of the last one although it is half as long.
 STAGNANT = 0.8
+#: How often the present state is taken nearer to its algebraic equations by an iteration that is slow.
+MOST_SETTLED = 10
 EPS = float(np.finfo(np.float64).eps)
 #: How a Newton iteration ended.
 UNDECIDED, CONVERGED, TOO_SLOW, BLEW_UP = range(4)
@@ -39,7 +41,7 @@ STEP_UNDERFLOW, NEWTON_FAILURE = int(Status.STEP_UNDERFLOW), int(Status.NEWTON_F
 def take_good_step(space, s, v):
     """Take one accepted step from (s.t, v[X]) to (s.t_new, v[X_NEW]); returns RUNNING, or how it failed."""
     _prepare(space, s, v)
-    first_failure, last_error = True, np.inf
+    first_failure, last_error, settled = True, np.inf, 0
     while True:
         status = _solve(space, s, v)
         if status != RUNNING:
@@ -50,10 +52,12 @@ def take_good_step(space, s, v):
         if s.error <= s.rtol:
             break
         s.failed_attempts += 1
-        if s.h <= s.h_min:
+        shortest = s.h <= s.h_min
+        if shortest and not (s.algebraic and settled < MOST_SETTLED):
             s.failed_state = s.worst
             return STEP_UNDERFLOW
-        if s.algebraic and s.error > STAGNANT * last_error:
+        if s.algebraic and (shortest or s.error > STAGNANT * last_error):
+            settled += 1
             _settle_on_constraints(v)
             s.error = np.inf
         choose_after_failure(s, v, first_failure)
@@ -118,7 +122,12 @@ def form_matrix(space, s):
 
 @compiled(**INLINE)
 def _solve(space, s, v):
-    """Solve for the step by Newton's method; where that is slow, renew the Jacobian, then reduce the step."""
+    """Solve for the step by Newton's method; where that is slow, renew the Jacobian, then reduce the step.
+
+    Where it is slow however short the step, as algebraic states are far from where their equations want them, the
+    present state is taken nearer by what the iteration came to.
+    """
+    settled = 0
     while True:
         _predict(s, v)
         set_inputs(space, s.t_new, side_of(s.t, s.t_new - s.t, 1.0))
@@ -127,6 +136,10 @@ def _solve(space, s, v):
             return RUNNING
         s.failed_attempts += 1
         if not s.fresh_jacobian:
+            _renew_jacobian(space, s, v)
+        elif s.h <= s.h_min and s.algebraic and outcome == TOO_SLOW and settled < MOST_SETTLED:
+            settled += 1
+            _settle_on_constraints(v)
             _renew_jacobian(space, s, v)
         elif s.h <= s.h_min or (outcome == BLEW_UP and 0.3 * s.h <= s.h_min):
             worst = s.worst
