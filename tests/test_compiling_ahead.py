@@ -38,6 +38,14 @@ with ahead.compiling_ahead():
     compiled_extremes()
 print("extremes" in Heard.here)
 """
+NONE = """
+def refused(*arguments, **pipes):
+    raise BlockingIOError("no process to be had")
+ahead.begin = refused
+with ahead.compiling_ahead():
+    compiled_extremes()
+print("extremes" in Heard.here)
+"""
 LEFT = """
 with ahead.compiling_ahead():
     time.sleep(1.0)
@@ -54,8 +62,9 @@ def test_what_another_process_compiles_is_waited_for_and_counts_as_compiling(tmp
 
 
 @two_cores
-def test_where_the_other_process_fails_this_one_compiles(tmp_path):
-    found = command(code=HEARD + LOST, afresh=True, NUMBA_CACHE_DIR=tmp_path)
+@pytest.mark.parametrize("way", [LOST, NONE], ids=["fails", "cannot be had"])
+def test_where_the_other_process_is_of_no_use_this_one_compiles(tmp_path, way):
+    found = command(code=HEARD + way, afresh=True, NUMBA_CACHE_DIR=tmp_path)
     assert found.stdout == "True\n", found.stderr
 
 

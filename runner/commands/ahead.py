@@ -2,7 +2,7 @@
 
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
@@ -25,11 +25,10 @@ def compiling_ahead() -> Iterator[None]:
 
     It does so on a core of its own, or not at all.
     """
-    folder = cache_directory()
-    if folder is None or cores() < 2 or any(folder.glob(f"*/*.{extremes.__name__}-*.nbi")):
+    beside = _begun()
+    if beside is None:
         yield
         return
-    beside = begin(__name__, {NAMED: str(folder.parent)}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         with Cache.elsewhere(lambda: beside.poll() is None, (finish.py_func, write_samples.py_func, extremes)):
             yield
@@ -37,8 +36,18 @@ def compiling_ahead() -> Iterator[None]:
         end(beside)
 
 
+def _begun() -> "subprocess.Popen[bytes] | None":
+    """The other process; None where there is nothing for it to do, or no place for it or for what it compiles."""
+    folder = cache_directory()
+    if folder is None or cores() < 2 or any(folder.glob(f"*/*.{extremes.__name__}-*.nbi")):
+        return None
+    with suppress(OSError):  # this one compiles all of it, then
+        return begin(__name__, {NAMED: str(folder.parent)}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return None
+
+
 def main() -> None:
-    """Compile it, into the folder that the environment names."""
+    """Compile that, into the folder that the environment names."""
     leave_when_told()
     pointer(finish, FINISH, "finish")
     sample(stack([], []), np.zeros(0), np.zeros((0, 0)))
