@@ -1,5 +1,6 @@
 """Interleaved repeats and their statistics, and what the machine can do at best."""
 
+import gc
 import math
 import os
 import platform
@@ -50,9 +51,12 @@ class Table:
 def interleaved(contenders: Mapping[str, Callable[[], object]], repeats: int, *, warm: bool = False) -> list[Timing]:
     """Time callables in turn, A B C A B C ..., after one turn that does not count unless they are warm already.
 
-    Who is quick goes on for `TURN` seconds: after a slow one, the first call finds cold caches.
+    Who is quick goes on for `TURN` seconds: after a slow one, the first call finds cold caches. What is there before
+    them is looked through for cycles once, not by chance in one of them.
     """
     seconds: dict[str, list[float]] = {name: [] for name in contenders}
+    gc.collect()
+    gc.freeze()
     for turn in range(warm, repeats + 1):
         for name, run in contenders.items():
             if sum(seconds[name]) > PATIENCE:
@@ -64,6 +68,7 @@ def interleaved(contenders: Mapping[str, Callable[[], object]], repeats: int, *,
                 if turn:
                     seconds[name].append(end - start)
                 start = end
+    gc.unfreeze()
     return [Timing(name, min(each), median(each)) for name, each in seconds.items()]
 
 
