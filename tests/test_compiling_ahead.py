@@ -5,7 +5,7 @@ from commands import command
 
 from qddot.runner.workers import cores
 
-#: Says what this process itself compiles; `begin` is what starts the other one, by its arguments.
+#: Says what this process itself compiles; `begun` are the others, by its arguments.
 HEARD = """
 import subprocess, sys, time
 from numba.core import event
@@ -21,19 +21,20 @@ class Heard(event.Listener):
         pass
 
 event.register("numba:compile", Heard())
-begin, begun = ahead.begin, []
-ahead.begin = lambda *arguments, **pipes: begun.append(begin(*arguments, **pipes)) or begun[-1]
+start, begun = ahead.start_process, []
+ahead.start_process = lambda *arguments, **pipes: begun.append(start(*arguments, **pipes)) or begun[-1]
 """
 WAITED_FOR = """
-start, worked = time.perf_counter(), working_time()
+since, worked = time.perf_counter(), working_time()
 with ahead.compiling_ahead():
     compiled_extremes()
-    whole = time.perf_counter() - start
+    whole = time.perf_counter() - since
 print("extremes" in Heard.here, len(begun), all(each.poll() is not None for each in begun))
 print(working_time() - worked < 0.5 * whole if begun else "at hand")
 """
 LOST = """
-ahead.begin = lambda *arguments, **pipes: subprocess.Popen([sys.executable, "-c", "1/0"], stderr=subprocess.DEVNULL)
+failing = [sys.executable, "-c", "1/0"]
+ahead.start_process = lambda *arguments, **pipes: subprocess.Popen(failing, stderr=subprocess.DEVNULL)
 with ahead.compiling_ahead():
     compiled_extremes()
 print("extremes" in Heard.here)
@@ -41,7 +42,7 @@ print("extremes" in Heard.here)
 NONE = """
 def refused(*arguments, **pipes):
     raise BlockingIOError("no process to be had")
-ahead.begin = refused
+ahead.start_process = refused
 with ahead.compiling_ahead():
     compiled_extremes()
 print("extremes" in Heard.here)

@@ -15,7 +15,7 @@ from qddot.runner.machine.compiled import cache_directory
 from qddot.runner.machine.kept import Cache
 from qddot.runner.machine.places import NAMED
 from qddot.runner.machine.pointers import pointer
-from qddot.runner.report.background import begin, end, leave_when_told
+from qddot.runner.report.background import end_process, leave_when_told, start_process
 from qddot.runner.workers import cores
 
 
@@ -33,7 +33,7 @@ def compiling_ahead() -> Iterator[None]:
         with Cache.elsewhere(lambda: beside.poll() is None, (finish.py_func, write_samples.py_func, extremes)):
             yield
     finally:
-        end(beside)
+        end_process(beside)
 
 
 def _begun() -> "subprocess.Popen[bytes] | None":
@@ -42,7 +42,9 @@ def _begun() -> "subprocess.Popen[bytes] | None":
     if folder is None or cores() < 2 or any(folder.glob(f"*/*.{extremes.__name__}-*.nbi")):
         return None
     with suppress(OSError):  # this one compiles all of it, then
-        return begin(__name__, {NAMED: str(folder.parent)}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return start_process(
+            __name__, {NAMED: str(folder.parent)}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
     return None
 
 

@@ -10,7 +10,7 @@ from qddot.runner.inputs.instants import INSET
 from qddot.runner.inputs.instants import SIDE as INSIDE
 from qddot.runner.lanes.lane import channel_of, control_of, lane_of
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, CHANNEL_ROWS, INPUT_ROWS, LANES, PACK_TYPE
-from qddot.runner.lanes.pieces import CUBIC, CUBIC_AND_SINE, SINE, classify, take_pieces
+from qddot.runner.lanes.pieces import CUBIC, SINE, classify, take_pieces
 from qddot.runner.lanes.tables import read_tables
 from qddot.runner.lanes.values import ROW, load, store
 from qddot.runner.machine.angles import cos, sin
@@ -122,17 +122,15 @@ def read_inputs(batch, pack, whole):
     end, i = batch.n_watched if whole else batch.n_inputs, 0
     while i < end:
         channel, u, count = pack.inputs + ROW * INPUT_ROWS * i, pack.u + ROW * i, 1
-        if kind[i] == CUBIC or kind[i] == CUBIC_AND_SINE:
+        if kind[i] & CUBIC:
             cubic_values(times, doubles(channel), doubles(u))
-        if kind[i] == SINE or kind[i] == CUBIC_AND_SINE:
-            waves = pack.turns + 2 * ROW * leader[i]
+        if kind[i] & SINE:
+            waves, count = pack.turns + 2 * ROW * leader[i], min(alike[i], end - i)
             if leader[i] == i:
                 turn(doubles(pack.control), doubles(channel), doubles(waves), doubles(waves + ROW))
-            if kind[i] == SINE:
-                count = min(alike[i], end - i)
-                add_sines(channel, waves, channel + ROW * CONSTANT, ROW * INPUT_ROWS, u, count)
-            else:
-                add_sines(channel, waves, u, ROW, u, count)
+            base = u if kind[i] & CUBIC else channel + ROW * CONSTANT
+            stride = ROW if kind[i] & CUBIC else ROW * INPUT_ROWS
+            add_sines(channel, waves, base, stride, u, count)
         i += count
     if whole:
         read_tables(batch, pack, batch.all_even, batch.all_guided)

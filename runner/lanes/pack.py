@@ -103,6 +103,6 @@ def make_pack(batch: np.void, slope_rows: int) -> tuple[np.void, dict[str, NDArr
         arrays[name] = np.full(LANES, -1 if name == "run" else 0, dtype=np.int64)
     for name in ("piece", "break_at", "lane_kind"):
         arrays[name] = np.zeros(LANES * channels, dtype=np.int64)
-    arrays["kind"] = np.full(channels, -1)
-    arrays["leader"], arrays["alike"], arrays["waved"] = np.zeros((3, channels), dtype=np.int64)
+    for name in ("kind", "leader", "alike", "waved"):
+        arrays[name] = np.zeros(channels, dtype=np.int64)
     return record(PACK, **{name: address(array) for name, array in arrays.items()}), arrays

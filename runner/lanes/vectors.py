@@ -42,6 +42,13 @@ def weighted(builder: Any, weights: Sequence[float], slopes: Any, stride: Any, p
     return total
 
 
+def advanced(
+    builder: Any, weights: Sequence[float], h: Value, base: Any, slopes: Any, stride: Any, place: Any
+) -> Value:
+    """What stands at `place` bytes into the rows at `base`, plus h * (weights times the slopes)."""
+    return weighted(builder, weights, slopes, stride, place) * h + load(builder, builder.add(base, place))
+
+
 @intrinsic(prefer_literal=True)
 def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: Any, slopes: Any, target: Any) -> Any:
     """Target = base + h * (row `row` of the method's A times the slopes), for n states of all lanes.
@@ -61,8 +68,8 @@ def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: An
             builder.position_at_end(block)
 
             def body(place: Any, weights: Any = weights) -> None:
-                total = weighted(builder, weights, first, stride, place)
-                store(total * h_lanes + load(builder, builder.add(start, place)), builder.add(result, place))
+                x = advanced(builder, weights, h_lanes, start, first, stride, place)
+                store(x, builder.add(result, place))
 
             over_states(builder, states, body)
             builder.branch(end)
@@ -88,8 +95,7 @@ def conclude(typing_context: Any, method: Any, n: Any, h: Any, base: Any, slopes
         total = cgutils.alloca_once_value(builder, zeros(builder).value)
 
         def body(place: Any) -> None:
-            slope = weighted(builder, tableau_of(method.literal_value).b, first, stride, place)
-            x = slope * h_lanes + load(builder, builder.add(start, place))
+            x = advanced(builder, tableau_of(method.literal_value).b, h_lanes, start, first, stride, place)
             store(x, builder.add(result, place))
             builder.store((x * x + Value(builder, builder.load(total))).value, total)
 

@@ -35,6 +35,13 @@ def float_of(typing_context: Any, bits: Any) -> Any:
 
 
 @elementary
+def nearest(x):
+    """The nearest whole number as an int64 and as a float64, |x| < 2**51."""
+    shifted = x + 6755399441055744.0
+    return bits_of(shifted) - bits_of(6755399441055744.0), shifted - 6755399441055744.0
+
+
+@elementary
 def rounded(x):
     """The nearest whole number, |x| < 2**51."""
     return (x + 6755399441055744.0) - 6755399441055744.0

@@ -2,15 +2,13 @@
 
 import math
 
-from qddot.runner.machine.bits import bits_of, elementary, float_of, power_of_two, rounded
+from qddot.runner.machine.bits import bits_of, elementary, float_of, nearest, power_of_two, rounded
 
 
 @elementary
 def exp_parts(x, low):
     """Whole n and y with exp(x + low) = 2**n (1 + y), |y| < 0.42 (fdlibm, e_exp)."""
-    shifted = x * 1.4426950408889634 + 6755399441055744.0
-    k = shifted - 6755399441055744.0
-    n = bits_of(shifted) - bits_of(6755399441055744.0)
+    n, k = nearest(x * 1.4426950408889634)
     high = x - k * 0.6931471803691238
     low = k * 1.9082149292705877e-10 - low
     r = high - low
@@ -133,10 +131,9 @@ def about_exp2(y):
     """2**y to a part of 8e-5; 0 below 2**-1022."""
     inside = y if y < 1023.0 else 1023.0
     inside = inside if inside > -1022.0 else -1022.0
-    shifted = inside + 6755399441055744.0
-    f = inside - (shifted - 6755399441055744.0)
-    scale = power_of_two(bits_of(shifted) - bits_of(6755399441055744.0))
-    value = scale * (0.999928073 + f * (0.693261056 + f * (0.24261117 + f * 0.0551714178)))
+    n, k = nearest(inside)
+    f = inside - k
+    value = power_of_two(n) * (0.999928073 + f * (0.693261056 + f * (0.24261117 + f * 0.0551714178)))
     value = value if y > -1022.0 else 0.0
     return value if y < 1023.0 else math.inf
 

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 _PATIENCE = 5.0
 
 
-def begin(module: str, environment: Mapping[str, str], **pipes: int) -> "subprocess.Popen[bytes]":
+def start_process(module: str, environment: Mapping[str, str], **pipes: int) -> "subprocess.Popen[bytes]":
     """A process of this Python that calls `main` of a module; environment: what differs there."""
     code = f"import gc; gc.disable(); from {module} import main; main()"
     command = [sys.executable, "-P", "-c", code]  # -P: nothing that lies where the user stands
     return subprocess.Popen(command, env=os.environ | environment, **pipes)  # type: ignore[call-overload,no-any-return]
 
 
-def end(process: "subprocess.Popen[bytes]") -> None:
+def end_process(process: "subprocess.Popen[bytes]") -> None:
     """End a process where it still runs; it removes what it has half written."""
     if process.poll() is not None:
         return
@@ -48,7 +48,7 @@ class Drawing:
 
     def __init__(self) -> None:
         sparing = {"OPENBLAS_NUM_THREADS": "1"}  # threads that draw nothing take a core from the run
-        self._process = begin(__name__, sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        self._process = start_process(__name__, sparing, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def begin(self, picture: "Picture", path: Path) -> None:
         """Hand over the picture and the file to draw it into; not held up where matplotlib is not ready."""
@@ -70,7 +70,7 @@ class Drawing:
 
     def __exit__(self, *_: object) -> None:
         """End the process where it still waits or draws; it removes what it has half written."""
-        end(self._process)
+        end_process(self._process)
 
 
 def main() -> None:

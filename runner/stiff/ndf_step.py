@@ -27,7 +27,7 @@ from qddot.runner.stiff.system import (
 MOST_ITERATIONS = 4
 #: A failed step whose error stays above this part of the last one although it is half as long.
 STAGNANT = 0.8
-#: How often the present state is taken nearer to its algebraic equations by an iteration that is slow.
+#: How often a step takes the present state nearer to its algebraic equations where it cannot become shorter.
 MOST_SETTLED = 10
 EPS = float(np.finfo(np.float64).eps)
 #: How a Newton iteration ended.
@@ -44,6 +44,12 @@ def take_good_step(space, s, v):
     first_failure, last_error, settled = True, np.inf, 0
     while True:
         status = _solve(space, s, v)
+        may_settle = s.algebraic and settled < MOST_SETTLED
+        if status == NEWTON_FAILURE and may_settle:
+            settled += 1
+            _settle_on_constraints(v)
+            _renew_jacobian(space, s, v)
+            continue
         if status != RUNNING:
             return status
         if space.project != 0:
@@ -53,7 +59,7 @@ def take_good_step(space, s, v):
             break
         s.failed_attempts += 1
         shortest = s.h <= s.h_min
-        if shortest and not (s.algebraic and settled < MOST_SETTLED):
+        if shortest and not may_settle:
             s.failed_state = s.worst
             return STEP_UNDERFLOW
         if s.algebraic and (shortest or s.error > STAGNANT * last_error):
@@ -122,12 +128,7 @@ def form_matrix(space, s):
 
 @compiled(**INLINE)
 def _solve(space, s, v):
-    """Solve for the step by Newton's method; where that is slow, renew the Jacobian, then reduce the step.
-
-    Where it is slow however short the step, as algebraic states are far from where their equations want them, the
-    present state is taken nearer by what the iteration came to.
-    """
-    settled = 0
+    """Solve for the step by Newton's method; where that is slow, renew the Jacobian, then reduce the step."""
     while True:
         _predict(s, v)
         set_inputs(space, s.t_new, side_of(s.t, s.t_new - s.t, 1.0))
@@ -136,10 +137,6 @@ def _solve(space, s, v):
             return RUNNING
         s.failed_attempts += 1
         if not s.fresh_jacobian:
-            _renew_jacobian(space, s, v)
-        elif s.h <= s.h_min and s.algebraic and outcome == TOO_SLOW and settled < MOST_SETTLED:
-            settled += 1
-            _settle_on_constraints(v)
             _renew_jacobian(space, s, v)
         elif s.h <= s.h_min or (outcome == BLEW_UP and 0.3 * s.h <= s.h_min):
             worst = s.worst
