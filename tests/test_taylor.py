@@ -8,14 +8,16 @@ from itertools import pairwise
 import adaptive_runs
 import numpy as np
 import pytest
-from numba import njit
+import series_runs
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk, ellipkinc
 from sympy import Eq, Piecewise, Rational, cos, sin, symbols
 
 import qddot
 from qddot.codegen.generate import generate
+from qddot.model import chain
 from qddot.model.system import Coordinate, Input, Output, Parameter, System
+from qddot.runner.abi import LANES
 from qddot.runner.frame.spans import integrate
 from qddot.runner.inputs.bind import bind
 from qddot.runner.inputs.reader import evaluate, reader_for
@@ -115,26 +117,44 @@ def test_the_order_follows_the_tolerance_and_the_steps_do_not(model_of):
     assert steps[1] < 1.3 * steps[0]
 
 
-ALLOWED = step.allowed
-
-
-@njit
-def allowed_step(before, last, order, decay):
-    return step.allowed(before, last, order, decay)
-
-
-def test_a_step_is_the_formulas_to_three_digits():
+@pytest.mark.parametrize("runs", [1, LANES])
+@pytest.mark.parametrize("name", ["one_axle", "pendulum", "double_pendulum", "m113", "chain of 20"])
+def test_a_step_is_the_formulas_to_three_digits(name, runs, tmp_path):
     """Its logarithms and its power are shorter than those of `math`: nothing but a length hangs on them."""
+    model = qddot.load(generate(chain.system(20), tmp_path) if name == "chain of 20" else name)
     rng = np.random.default_rng(8)
+    code, n = (model.series if runs == 1 else model.lane_series), len(model.state_names)
+    relative, absolute = 10.0 ** rng.uniform(-9, -3, (2, n))
     for order in (5, 12, 40):
         decay = step.decay_for(1e-9, order)
         assert decay == pytest.approx(np.log2(1e-9 ** (1 / order) * np.exp(-0.7 / (order - 1))), rel=1e-12)
-        for before, last in 10.0 ** rng.uniform(-300, 300, (200, 2)):
-            roots = before ** (-1 / (order - 1)), last ** (-1 / order)
-            assert allowed_step(before, last, float(order), decay) == pytest.approx(2.0**decay * min(roots), rel=5e-4)
-        assert allowed_step(0.0, 1e-3, float(order), decay) == pytest.approx(2.0**decay * 1e3 ** (1 / order), rel=5e-4)
-        assert allowed_step(0.0, 0.0, float(order), decay) == np.inf
-        assert allowed_step(np.inf, 1.0, float(order), decay) == allowed_step(1.0, np.inf, float(order), decay) == 0.0
+        for low, high in ((-300, -250), (-3, 3), (-100, 100), (200, 250)):
+            now, before, last = 10.0 ** rng.uniform((-4, low, low), (4, high, high), (runs, n, 3)).transpose(2, 0, 1)
+            before[:, 0] *= -1.0
+            scale = 1e-9 / np.maximum(relative * now, absolute)
+            sizes = np.abs(before * scale).max(axis=1), np.abs(last * scale).max(axis=1)
+            expected = 2.0**decay * np.minimum(sizes[0] ** (-1 / (order - 1)), sizes[1] ** (-1 / order))
+            found = series_runs.steps(code, now, before, last, relative, absolute, 1e-9, decay, order)
+            np.testing.assert_allclose(found, expected, rtol=5e-4)
+
+
+@pytest.mark.parametrize("runs", [1, LANES])
+def test_a_step_is_nothing_where_a_coefficient_is_no_number_and_endless_where_all_vanish(runs):
+    model = qddot.load("double_pendulum")
+    code, order = (model.series if runs == 1 else model.lane_series), 9
+    tolerances = 2 * (np.full(4, 1e-6),)
+
+    def steps(before, last):
+        return series_runs.steps(code, np.ones((runs, 4)), before, last, *tolerances, 1e-6, -2.0, order)
+
+    nothing = np.zeros((runs, 4))
+    assert (steps(nothing, nothing) == np.inf).all()
+    for wrong in (np.inf, -np.inf, np.nan):
+        for state in range(4):
+            one = np.zeros((runs, 4))
+            one[-1, state] = wrong
+            assert steps(one, nothing)[-1] == steps(nothing, one)[-1] == 0.0
+            assert (steps(one, nothing)[:-1] == np.inf).all()
 
 
 FREE = [n for n in available() if qddot.load(n).tables.recurrence and not qddot.load(n).tables.constraints]

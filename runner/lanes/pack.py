@@ -58,8 +58,8 @@ _CONTROL = """
 """
 CONTROL_NAMES = _CONTROL.split()
 #: Rows that are handed over whole.
-_WHOLE = ("at", "h", "size", "error", "good", "fresh", "theta")
-AT, H, SIZE, ERROR, GOOD, FRESH, THETA = map(CONTROL_NAMES.index, _WHOLE)
+_WHOLE = ("at", "h", "size", "error", "good", "fresh", "theta", "next")
+AT, H, SIZE, ERROR, GOOD, FRESH, THETA, NEXT = map(CONTROL_NAMES.index, _WHOLE)
 
 #: Rows of each input channel: value(t) = c0 + s*(c1 + s*(c2 + s*c3)) + sine_part*sin(angle) +
 #: cosine_part*cos(angle), where angle = frequency*(t - zero) and s = rate*t + offset - begin.

@@ -24,12 +24,12 @@ from qddot.runner.taylor.step import decay_for, order_for
 if TYPE_CHECKING:
     from qddot.runner.machine.series_code import SeriesCode
 
-#: Fields of a series, which all packs share; the memory of each pack stands in its rows `slopes`. series, polynomial:
-#: functions; states, inputs: where they begin in the memory, and the strides from order to order, in bytes; order: the
-#: highest. Factor j of n_factors is number[j] times the constants[first[j]:first[j+1]] of a run, at place[j] (doubles).
-#: bends: -1/(k (k-1)) for each order k. rtol: the least of all; decay: see `taylor.step.decay_for`.
+#: Fields of a series, which all packs share; the memory of each pack stands in its rows `slopes`. series, step,
+#: polynomial: functions; states, inputs: where they begin in the memory, and the strides from order to order, in bytes;
+#: order: the highest. Factor j of n_factors is number[j] times the constants[first[j]:first[j+1]] of a run, at place[j]
+#: (doubles). bends: -1/(k (k-1)) for each order k. rtol: the least of all; decay: see `taylor.step.decay_for`.
 SERIES = layout(
-    "series polynomial states state_stride inputs input_stride order n_factors place first constants number bends",
+    "series step polynomial states state_stride inputs input_stride order n_factors place first constants number bends",
     "rtol decay",
 )
 SERIES_TYPE = typeof(record(SERIES))
@@ -51,6 +51,7 @@ def series_for(code: "SeriesCode", rtol: float) -> tuple[np.void, dict[str, NDAr
         SERIES,
         **{name: address(array) for name, array in arrays.items()},
         series=code.series,
+        step=code.step,
         polynomial=code.polynomial,
         states=8 * memory.states,
         state_stride=8 * memory.state_stride,

@@ -7,15 +7,6 @@ from qddot.runner.inputs.instants import rounding
 from qddot.runner.lanes.lane import lane_of
 from qddot.runner.lanes.pack import LANES
 from qddot.runner.machine.lane_loop import lane_loop
-from qddot.runner.taylor.step import allowed
-
-
-@lane_loop(types.void(abi.POINTER, types.float64, types.float64))
-def size_steps(rows, order, decay):
-    """NEXT: the step that the sizes of the last two coefficients allow; 0 where one is not finite."""
-    for lane in range(LANES):
-        its = lane_of(rows, lane)
-        its.next = allowed(its.error, its.error_2, order, decay)
 
 
 @lane_loop(types.void(abi.POINTER, types.float64, types.float64))

@@ -12,19 +12,19 @@ from numba import types
 from qddot.runner.lanes.adaptive import stuck_lanes
 from qddot.runner.lanes.attempts import begin, hand_over, plan
 from qddot.runner.lanes.lane import control_of
-from qddot.runner.lanes.pack import BATCH_TYPE, ERROR, GOOD, LANES, PACK_TYPE, SIZE, THETA, H
+from qddot.runner.lanes.pack import BATCH_TYPE, GOOD, LANES, NEXT, PACK_TYPE, SIZE, THETA, H
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.samples import aim, write_aimed, write_samples
 from qddot.runner.lanes.series import SERIES_TYPE, look_around, take_factors
-from qddot.runner.lanes.series_step import end_steps, judge_steps, plan_steps, set_behind, size_steps
+from qddot.runner.lanes.series_step import end_steps, judge_steps, plan_steps, set_behind
 from qddot.runner.lanes.settle import status_unless_stuck
-from qddot.runner.lanes.terms import size_states, size_terms
+from qddot.runner.lanes.terms import size_states
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import LEAN, floats, integers
-from qddot.runner.machine.series_calls import call_polynomials, call_series
+from qddot.runner.machine.series_calls import call_polynomials, call_series, call_steps
 from qddot.runner.machine.series_memory import SENSE
 from qddot.runner.problem import Status
 
@@ -117,13 +117,11 @@ def write_samples_within(batch, pack, series):
 @compiled(**LEAN)
 def take_step(batch, pack, series):
     """The series of all lanes, and the steps that they allow; leaves the ends in the rows `new`; see `judge_steps`."""
-    rows, order, now = doubles(pack.control), series.order, pack.now
+    rows, order, memory = doubles(pack.control), series.order, pack.slopes
     look_around(batch, pack, series)
-    call_series(series.series, pack.slopes, order)
-    last = now + series.state_stride * order
-    sizes = pack.control + ROW * ERROR
-    size_terms(batch.n, now, last - series.state_stride, last, batch.rtol, batch.atol, series.rtol, sizes)
-    size_steps(rows, float(order), series.decay)
+    call_series(series.series, memory, order)
+    steps = pack.control + ROW * NEXT
+    call_steps(series.step, memory, order, batch.rtol, batch.atol, series.rtol, series.decay, steps)
     plan_steps(rows, batch.first_step, float(batch.n_inputs))
     sum_series(pack, series, pack.control + ROW * H, pack.new)
     size_states(batch.n, pack.new, pack.control + ROW * SIZE)

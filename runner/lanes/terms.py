@@ -20,38 +20,6 @@ def _number(builder: Any, where: Any, item: Any) -> Value:
 
 
 @intrinsic
-def size_terms(
-    typing_context: Any, n: Any, now: Any, before: Any, last: Any, relative: Any, absolute: Any, rtol: Any, sizes: Any
-) -> Any:
-    """Two rows at `sizes` = the largest coefficients in the rows `before` and `last`, as `taylor.step.sizes` has it.
-
-    Each relative to its state now, or to where the absolute tolerance takes over; infinite where one is no number.
-    """
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        states, present, *terms, relatives, absolutes, least, result = arguments
-        infinite = splat(builder, _DOUBLE(float("inf")))
-        totals = [cgutils.alloca_once_value(builder, zeros(builder).value) for _ in terms]
-
-        def body(place: Any) -> None:
-            item = builder.udiv(place, _INTEGER(ROW // 8))
-            size = abs(load(builder, builder.add(present, place))) * _number(builder, relatives, item)
-            scale = splat(builder, least) / size.larger(_number(builder, absolutes, item))
-            for rows, total in zip(terms, totals, strict=True):
-                part = abs(load(builder, builder.add(rows, place))) * scale
-                part = part.where_ordered(part, infinite)
-                builder.store(Value(builder, builder.load(total)).larger(part).value, total)
-
-        over_states(builder, states, body)
-        for index, total in enumerate(totals):
-            store(Value(builder, builder.load(total)), builder.add(result, _INTEGER(ROW * index)))
-        return context.get_dummy_value()
-
-    address = types.int64
-    return types.void(*[address] * 6, types.float64, address), emit
-
-
-@intrinsic
 def size_states(typing_context: Any, n: Any, rows: Any, target: Any) -> Any:
     """The row at `target` = the largest of n states in each lane; infinite where one is no number."""
 

@@ -118,27 +118,6 @@ def log(x):
 
 
 @elementary
-def about_log2(x):
-    """log2(x) to 7e-4, -inf at 0: three digits of a step, in a third of the time."""
-    e, f = log_parts(x)
-    value = e + (0.000583 + f * (1.445644 + f * (-0.760965 + f * 0.447595)))
-    value = value if x < math.inf else x
-    return value if x > 0.0 else -math.inf
-
-
-@elementary
-def about_exp2(y):
-    """2**y to a part of 8e-5; 0 below 2**-1022."""
-    inside = y if y < 1023.0 else 1023.0
-    inside = inside if inside > -1022.0 else -1022.0
-    n, k = nearest(inside)
-    f = inside - k
-    value = power_of_two(n) * (0.999928073 + f * (0.693261056 + f * (0.24261117 + f * 0.0551714178)))
-    value = value if y > -1022.0 else 0.0
-    return value if y < 1023.0 else math.inf
-
-
-@elementary
 def head(x):
     """The leading 26 bits of x, so that products of heads are exact."""
     return float_of(bits_of(x) & -134217728)

@@ -11,6 +11,8 @@ from qddot.runner.machine.recurrences import FUNCTIONS, HELD, ONE, SOLVED, TIME,
 
 #: Rules of functions, which go on from their slopes.
 CHAINED = (*FUNCTIONS, "atan2")
+#: About how many cycles a processor takes for a node when its parts are known, or for the last term of a sum.
+_CYCLES, _SUM = {"integral": 3, "linear": 7, "lagging": 6}, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +31,10 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class Packing:
-    """All groups, and where a node is: (group, place). first, later: groups in the order of computing
-    order 0, and k."""
+    """All groups, and where a node is: (group, place). first, later: groups in the order of computing order 0, and k.
+
+    depths: how long after the unknowns of the order before a node's coefficient is known.
+    """
 
     table: Recurrences
     width: int
@@ -38,6 +42,7 @@ class Packing:
     home: Mapping[str, tuple[int, int]]
     first: tuple[Group, ...]
     later: tuple[Group, ...]
+    depths: Mapping[str, int]
 
     def kind(self, *kinds: str) -> tuple[Group, ...]:
         """The groups of these kinds."""
@@ -86,10 +91,12 @@ def _packed(table: Recurrences, width: int, levels: Mapping[str, int], live: set
     home = {node.name: (each.index, place) for each in groups for place, node in enumerate(each.nodes)}
     first = _ordered(groups, home, later=False)
     later = [each for each in _ordered(groups, home, later=True) if each.live]
-    return Packing(table, width, tuple(groups), home, tuple(first), tuple(later))
+    return Packing(table, width, tuple(groups), home, tuple(first), tuple(later), _depths(table, late))
 
 
 def _kind(node: Node) -> str:
+    if node.rule == "product" and node.arguments[0] == node.arguments[1]:
+        return "square"
     return f"integral {node.start.rule}" if node.rule == "integral" and node.start else node.rule
 
 
@@ -139,6 +146,25 @@ def _levels(table: Recurrences, later: bool) -> dict[str, int]:
     for name in table.nodes:
         level(name, ())
     return levels
+
+
+def _depths(table: Recurrences, late: set[str]) -> dict[str, int]:
+    """About how many cycles; an integral of what is known before the unknowns are takes none."""
+    found = dict.fromkeys((*table.inputs, *table.unknowns, ONE, TIME), 0)
+    slow = late | set(table.unknowns)
+
+    def depth(name: str) -> int:
+        if name not in found:
+            node = table.nodes[name]
+            cycles = _CYCLES.get(node.rule, _SUM)
+            parts = [cycles + depth(part) for part in needs(node, later=True)]
+            waits = node.rule == "lagging" or (node.rule == "integral" and node.arguments[0] in slow)
+            found[name] = max([*parts, cycles * waits])
+        return found[name]
+
+    for name in table.nodes:
+        depth(name)
+    return found
 
 
 def _ordered(groups: list[Group], home: Mapping[str, tuple[int, int]], later: bool) -> list[Group]:

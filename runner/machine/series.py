@@ -5,105 +5,63 @@ over lower orders, which are all of the cost, take their factors from histories 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from qddot.runner.machine.packing import Group, Packing, arity
-from qddot.runner.machine.recurrences import FUNCTIONS, Factor, Node
+from qddot.runner.machine.recurrences import Factor, Node
 from qddot.runner.machine.series_integrals import Integrals, is_integral
 from qddot.runner.machine.series_linear import linear
-from qddot.runner.machine.series_memory import HIGHEST, NOW, SENSE, Memory
+from qddot.runner.machine.series_memory import NOW, SENSE, Memory
 from qddot.runner.machine.series_solve import eliminate, solution
+from qddot.runner.machine.series_sums import Names, Sums
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
-
-#: For each rule the sums over lower orders, as columns of its arguments: A, B, how A is taken (see `_Operand`), and
-#: whether A_0 B_k belongs to it; OWN: the node itself.
-OWN = -1
-SUMS = {
-    "product": ((0, 1, "", True),),
-    "lagging": ((0, 1, "", False),),
-    "rate": ((0, 1, "next", True),),
-    "quotient": ((1, OWN, "", False),),
-    "power": ((0, OWN, "counted", False), (0, OWN, "", False)),
-    **dict.fromkeys(FUNCTIONS, ((0, 1, "counted", False),)),
-    "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
-}
-Names = tuple[str | None, ...]
-
-
-@dataclass(eq=False)
-class _Operand:
-    """Coefficients of nodes side by side, as sums over lower orders take them: their history in memory.
-
-    how: "" as they are; "counted" k times the k-th; "next" that of order k + 1. current, first: those of this order, 0.
-    ahead: whether "next" ones write this history, one order ahead, so that it is theirs too.
-    """
-
-    names: Names
-    how: str
-    place: int
-    late: bool
-    ahead: bool = False
-    current: Any = None
-    first: Any = None
-
-
-@dataclass(eq=False)
-class _Sum:
-    """Sum of A_j B_{k-j}, without A_0 B_k where not `whole`. between: its part 0 < j < k."""
-
-    left: _Operand
-    right: _Operand
-    whole: bool
-    between: Any = None
 
 
 class Emitter:
     """Writes the function series(memory, order) for a packing.
 
-    at_once: the sums that a loop over lower orders holds in registers.
+    sums: doubles of a vector of sums; at_once: see `Sums`.
     """
 
-    def __init__(self, packing: Packing, code: VectorCode, memory: Memory, at_once: int) -> None:
-        self.packing, self.code, self.memory, self.at_once = packing, code, memory, at_once
+    def __init__(self, packing: Packing, code: VectorCode, memory: Memory, sums: int, at_once: int) -> None:
+        self.packing, self.code, self.memory = packing, code, memory
         self.table = packing.table
         self.unknowns = self.table.unknowns
         self.current: dict[int, Any] = {}
         self._gathered: dict[Names, Any] = {}
-        self._operands: dict[tuple[Names, str], _Operand] = {}
-        self._sums: dict[int, list[_Sum]] = {}
         self._held: dict[int, Any] = {}
         self._turned: dict[Names, tuple[Any, Any]] = {}
-        self._late = {node.name for group in packing.groups if group.late for node in group.nodes}
+        self.late = {node.name for group in packing.groups if group.late for node in group.nodes} | {*self.unknowns}
         self._inverse: Any = None
         self._k: Any = None
         self.step: Any = None
         self._integrals = Integrals(self)
+        self._sums = Sums(self, sums, at_once)
 
     def emit(self) -> None:
         """Order 0, and the loop over the others."""
         code, order = self.code, self.code.builder.function.args[1]
-        for group in self.packing.groups:
-            if group.live:
-                self._sums[group.index] = self._sums_of(group)
-        self._share_histories()
         sense = code.load_scalar(SENSE * self.memory.row)
         self._begin(sense, None)
         self._order(first=True)
-        with code.loop(INTEGER(1), order, self._integrals.carried()) as (k, held, after):
+        with code.loop(INTEGER(1), order, self._carried()) as (k, held, after):
             self._begin(sense, k, held)
             self._order(first=False)
-            after.extend(self._integrals.carried())
+            after.extend(self._carried())
         code.builder.ret_void()
+
+    def _carried(self) -> list[Any]:
+        """What goes on to the next order in registers."""
+        return [*self._integrals.carried(), *self._sums.carried()]
 
     def _begin(self, sense: Any, k: Any, held: Sequence[Any] = ()) -> None:
         """The numbers of an order: k, 1/k, sense/(k + 1) and sense*(k + 1). held: what is carried to it."""
         code, builder = self.code, self.code.builder
         self._k, self._sense = k, sense
         self._gathered = {}
-        self._integrals.begin(k, held)
-        for operand in self._operands.values():
-            operand.current = None
+        integrals = len(held) - self._sums.waiting
+        self._integrals.begin(k, held[:integrals])
+        self._sums.begin(k, held[integrals:])
         if k is None:
             self.step, self._grown = code.splat(sense), code.splat(sense)
             return
@@ -116,7 +74,7 @@ class Emitter:
     def _order(self, first: bool) -> None:
         """All nodes of an order, the unknowns and what holds them last."""
         if not first:
-            self._sum_between()
+            self._sums.add_between()
         known = set[int]()
         for group in self.packing.first if first else self.packing.later:
             if first or not is_integral(group):
@@ -132,10 +90,7 @@ class Emitter:
             self._gathered = {}
             self._complete(first)
         self._integrals.follow()
-        for operand in self._operands.values():
-            if operand.current is None or operand.late:
-                operand.current = None
-                self._fetch(operand, final=True)
+        self._sums.finish()
         self._store_compared()
 
     def _complete(self, first: bool) -> None:
@@ -163,7 +118,7 @@ class Emitter:
         if group.kind in ("linear", "where"):
             return linear(self, group.nodes, first) if group.kind == "linear" else self._where(group, first)
         value = self._first_value(group) if first else None
-        ends = [self._ends(each, first) for each in self._sums.get(group.index, ())]
+        ends = self._sums.ends(group, first)
         if group.kind == "rate":
             return self.code.multiply(ends[0], self._grown)
         return value if first else self._later_value(group, ends)
@@ -186,7 +141,7 @@ class Emitter:
     def _later_value(self, group: Group, ends: list[Any]) -> Any:
         """The coefficient of order k > 0 of what has a sum over lower orders."""
         code, kind, nodes = self.code, group.kind, group.nodes
-        if kind in ("product", "lagging"):
+        if kind in ("product", "square", "lagging"):
             return ends[0]
         if kind == "quotient":
             above = self.gather([node.arguments[0] for node in nodes])
@@ -238,80 +193,15 @@ class Emitter:
         yes, no = (self.gather([node.arguments[i] for node in group.nodes]) for i in (1, 2))
         return self.code.builder.select(self._held[group.index], yes, no)
 
-    # sums over lower orders
-
-    def _sums_of(self, group: Group) -> list[_Sum]:
-        found = []
-        for left, right, how, whole in SUMS.get(group.kind, ()):
-            names = [[node.name if i == OWN else node.arguments[i] for node in group.nodes] for i in (left, right)]
-            found.append(_Sum(self._operand(names[0], how), self._operand(names[1], ""), whole))
-        return found
-
-    def _operand(self, names: Sequence[str], how: str) -> _Operand:
-        key = (tuple(names), how)
-        if key not in self._operands:
-            late = not self._late.isdisjoint(names) or not set(self.unknowns).isdisjoint(names)
-            place = self.memory.take_history((HIGHEST + 2) * self.code.size)
-            self._operands[key] = _Operand(key[0], how, place, late)
-        return self._operands[key]
-
-    def _share_histories(self) -> None:
-        """Let those of the next order write to the history of the same nodes, where there is one."""
-        for (names, how), operand in self._operands.items():
-            plain = self._operands.get((names, ""))
-            if how == "next" and plain:
-                plain.ahead = True
-                operand.place = plain.place + self.code.size
-
-    def _sum_between(self) -> None:
-        """The parts of all sums with 0 < j < k, several sums in a loop over j."""
-        sums = [each for found in self._sums.values() for each in found]
-        if self.code.width == 1:  # those with a factor in common in one loop, which reads it once
-            places = {id(each.right): place for place, each in reversed(list(enumerate(sums)))}
-            sums.sort(key=lambda each: places[id(each.right)])
-        for start in range(0, len(sums), self.at_once):
-            part = sums[start : start + self.at_once]
-            with self.code.loop(INTEGER(1), self._k, [self.code.zero] * len(part)) as (j, totals, after):
-                back = self.code.builder.sub(self._k, j)
-                loaded: dict[tuple[int, int], Any] = {}
-                for each, total in zip(part, totals, strict=True):
-                    # What the processor waits for, unknowns of the order before, is what is added last.
-                    of_left, of_right = (back, j) if each.right.late else (j, back)
-                    for operand, index in ((each.left, of_left), (each.right, of_right)):
-                        key = (operand.place, id(index))
-                        if key not in loaded:
-                            loaded[key] = self.code.load(operand.place, index)
-                    left, right = loaded[each.left.place, id(of_left)], loaded[each.right.place, id(of_right)]
-                    after.append(self.code.multiply_add(left, right, total))
-            for each, value in zip(part, after, strict=True):
-                each.between = value
-
-    def _ends(self, each: _Sum, first: bool) -> Any:
-        """A sum with its terms of order 0 and k."""
-        left, right, code = each.left, each.right, self.code
-        last = self._fetch(left)
-        if first:
-            return code.multiply(last, self._fetch(right)) if each.whole else None
-        if left is right:
-            return code.multiply_add(code.add(left.first, left.first), last, each.between)
-        total = code.multiply_add(last, right.first, each.between)
-        return code.multiply_add(left.first, self._fetch(right), total) if each.whole else total
-
-    def _fetch(self, operand: _Operand, final: bool = False) -> Any:
-        """An operand's coefficients of this order, kept in its history once they are complete."""
-        if operand.current is None:
-            value = self._integrals.next(operand.names) if operand.how == "next" else self.gather(operand.names)
-            if operand.how == "counted":
-                value = self.code.zero if self._k is None else self.code.multiply(value, self._count)
-            operand.current = value
-            if final or not operand.late:
-                if self._k is None or not operand.ahead:
-                    self.code.store(value, operand.place, self._k)
-                if self._k is None:
-                    operand.first = value
-        return operand.current
-
     # vectors
+
+    def next(self, names: Sequence[str | None]) -> Any:
+        """The next coefficients of integrals."""
+        return self._integrals.next(names)
+
+    def counted(self, values: Any) -> Any:
+        """The number of the order times values."""
+        return self.code.zero if self._k is None else self.code.multiply(values, self._count)
 
     def gather(self, names: Sequence[str | None]) -> Any:
         """The nodes' coefficients side by side; 0 for None."""

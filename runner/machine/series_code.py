@@ -1,7 +1,8 @@
 """Machine code of the Taylor series of models: compiled once for a table and a machine, and kept.
 
-`series(memory, order)` writes the coefficients of all states; `polynomial(memory, order, time, target)` sums them at a
-time from where the series stands. In lanes time is a row, and what a register holds of it is done part by part.
+`series(memory, order)` writes the coefficients of all states; `step` says how far they carry, and `polynomial` sums
+them at a time from where the series stands, see `series_step`. In lanes time is a row, and what a register holds of it
+is done part by part.
 """
 
 import contextlib
@@ -23,19 +24,18 @@ from qddot.runner.machine.compiled import cache_directory
 from qddot.runner.machine.constrained_inverse import let_series_invert
 from qddot.runner.machine.packing import Packing, live_nodes, pack
 from qddot.runner.machine.recurrences import Recurrences, read_recurrences
-from qddot.runner.machine.series import SUMS, Emitter
+from qddot.runner.machine.series import Emitter
 from qddot.runner.machine.series_memory import Memory, memory_for
+from qddot.runner.machine.series_step import emit_polynomial, emit_step, kinds_of_step
+from qddot.runner.machine.series_sums import SUMS
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
-#: Vectors of states that a polynomial is summed for at once, two registers each with AVX2, and sums over lower orders
-#: that stay in registers.
-_SUMS, _AT_ONCE = 7, 14
-#: Doubles of a vector, and the fewest sums over lower orders for which vectors are as wide: with fewer of them, putting
-#: nodes side by side costs more than it saves. So many other nodes save as much as a sum.
-_WIDTHS, _NODES_OF_A_SUM = ((8, 28), (4, 16), (2, 0)), 10
-#: Doubles of the vectors that a polynomial is summed in, those of a row: rows of states are padded to as many.
-_WIDE = 8
-_POINTER = SCALAR.as_pointer()
+#: Vectors of sums over lower orders that stay in registers.
+_AT_ONCE = 14
+#: Doubles of a vector of nodes, and the fewest sums over lower orders for which it is as wide: with fewer of them,
+#: putting nodes side by side costs more than it saves. So many other nodes save as much as a sum.
+_WIDTHS, _NODES_OF_A_SUM = ((8, 24), (2, 0)), 10
+_POINTER, _NOTHING = SCALAR.as_pointer(), ir.VoidType()
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +46,7 @@ class SeriesCode:
     """
 
     series: int
+    step: int
     polynomial: int
     memory: Memory
     table: Recurrences
@@ -69,9 +70,13 @@ class SeriesCode:
 
 @dataclass(frozen=True)
 class Shape:
-    """What a vector holds: `width` nodes, or in lanes one node of `lanes` runs out of a row; at_once: see `Emitter`."""
+    """What a vector holds: `width` nodes, or in lanes one node of `lanes` runs out of a row.
+
+    sums, at_once: see `Emitter`.
+    """
 
     width: int
+    sums: int
     lanes: int = 1
     row: int = 1
     at_once: int = _AT_ONCE
@@ -100,8 +105,8 @@ def series_code(
     if table.multipliers:
         let_series_invert()
     engine = _engine(code)
-    series, polynomial = (engine.get_function_address(name) for name in ("series", "polynomial"))
-    return SeriesCode(series, polynomial, memory, table, sums, engine)
+    series, step, polynomial = map(engine.get_function_address, ("series", "step", "polynomial"))
+    return SeriesCode(series, step, polynomial, memory, table, sums, engine)
 
 
 def _machine() -> Any:
@@ -116,8 +121,9 @@ def _machine() -> Any:
 def _shape(saved: int, runs: int) -> Shape:
     """saved: sums over lower orders, and what counts as them."""
     if runs == 1:
-        return Shape(next(width for width, least in _WIDTHS if saved >= least))
-    return Shape(1, _register(), runs)
+        width = next(width for width, least in _WIDTHS if saved >= least)
+        return Shape(width, max(width, _register()))
+    return Shape(1, _register(), _register(), runs)
 
 
 def _register() -> int:
@@ -131,10 +137,15 @@ def _compiled(packing: Packing, memory: Memory, shape: Shape) -> bytes:
     module = ir.Module("series")
     series = _function(module, "series", [_POINTER, INTEGER], shape)
     code = VectorCode(ir.IRBuilder(series.append_basic_block()), shape.width, shape.lanes)
-    Emitter(packing, code, memory, shape.at_once).emit()
+    Emitter(packing, code, memory, shape.sums, shape.at_once).emit()
     memory.take(shape.row)  # see `_function`
+    result, kinds = kinds_of_step(shape.row)
+    step = _function(module, "step", kinds, shape, result)
+    states = len(packing.table.states)
+    emit_step(step, memory, states, shape.width, shape.lanes)
     time = SCALAR if shape.row == 1 else _POINTER
-    _emit_polynomial(_function(module, "polynomial", [_POINTER, INTEGER, time, _POINTER], shape), memory, shape)
+    polynomial = _function(module, "polynomial", [_POINTER, INTEGER, time, _POINTER], shape)
+    emit_polynomial(polynomial, memory, states, shape.width, shape.lanes)
     machine = _machine()
     parsed = llvm.parse_assembly(str(module))
     parsed.triple, parsed.data_layout = machine.triple, str(machine.target_data)
@@ -146,13 +157,13 @@ def _compiled(packing: Packing, memory: Memory, shape: Shape) -> bytes:
     return bytes(machine.emit_object(parsed))
 
 
-def _function(module: ir.Module, name: str, kinds: list[Any], shape: Shape) -> ir.Function:
+def _function(module: ir.Module, name: str, kinds: list[Any], shape: Shape, result: Any = _NOTHING) -> ir.Function:
     """A function to be written; where a row has parts, that of one of them, which one of this name calls for each.
 
     A part knows the rows from its own first lane on; what is its own alone it writes anew, where the last part did.
     """
     parts = shape.row // shape.lanes
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), kinds), name if parts == 1 else f"{name}_of_part")
+    function = ir.Function(module, ir.FunctionType(result, kinds), name if parts == 1 else f"{name}_of_part")
     function.attributes.add("nounwind")
     function.args[0].add_attribute("noalias")
     if parts > 1:
@@ -160,29 +171,11 @@ def _function(module: ir.Module, name: str, kinds: list[Any], shape: Shape) -> i
         builder = ir.IRBuilder(whole.append_basic_block())
         for part in range(parts):
             first = INTEGER(part * shape.lanes)
-            builder.call(function, [builder.gep(x, [first]) if x.type is _POINTER else x for x in whole.args])
+            pointers = (isinstance(x.type, ir.PointerType) for x in whole.args)
+            given = zip(whole.args, pointers, strict=True)
+            builder.call(function, [builder.gep(x, [first]) if shifted else x for x, shifted in given])
         builder.ret_void()
     return function
-
-
-def _emit_polynomial(function: ir.Function, memory: Memory, shape: Shape) -> None:
-    """Horner's sums of all states, from the highest order down."""
-    wide = (_WIDE, 1) if shape.row == 1 else (1, shape.lanes)
-    code = VectorCode(ir.IRBuilder(function.append_basic_block()), *wide)
-    builder, (_, order, time, target) = code.builder, function.args
-    factor = code.splat(time) if shape.row == 1 else code.load_from(time)
-    count = memory.state_stride // _WIDE
-    for start in range(0, count, _SUMS):
-        places = [memory.states + i * _WIDE for i in range(start, min(start + _SUMS, count))]
-        tops = [code.load(place, order, memory.state_stride) for place in places]
-        with code.loop(INTEGER(0), order, tops) as (index, totals, after):
-            k = builder.sub(builder.sub(order, INTEGER(1)), index)
-            for place, total in zip(places, totals, strict=True):
-                after.append(code.multiply_add(total, factor, code.load(place, k, memory.state_stride)))
-        for i, value in enumerate(after, start):
-            where = builder.gep(target, [INTEGER(i * _WIDE)])
-            builder.store(value, builder.bitcast(where, code.vector.as_pointer()), align=8)
-    builder.ret_void()
 
 
 def _engine(code: bytes) -> Any:

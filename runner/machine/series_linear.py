@@ -77,7 +77,7 @@ def _rows(packing: Packing, nodes: Sequence[Node]) -> list[_Row]:
             max(fitting, key=lambda each: len(each.vectors & row.vectors)).take_up(row)
         else:
             rows.append(row)
-    return sorted(rows, key=lambda row: max(row.vectors))
+    return sorted(rows, key=lambda row: max(packing.depths[term[1]] for term in row.terms if term))
 
 
 def _linear_alone(emitter: Emitter, node: Node, first: bool) -> Any:

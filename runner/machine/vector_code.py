@@ -47,6 +47,23 @@ class VectorCode:
         whole = [place * self.lanes + lane for place in places for lane in range(self.lanes)]
         return self.builder.shuffle_vector(a, b, self._mask(whole))
 
+    def beside(self, parts: Sequence[Any]) -> Any:
+        """Shorter vectors side by side in one of this width, zeros behind them."""
+        found = list(parts)
+        while found[0].type != self.vector:
+            size = found[0].type.count
+            found += [ir.Constant(found[0].type, [0.0] * size)] * (len(found) % 2)
+            mask = ir.Constant(ir.VectorType(ir.IntType(32), 2 * size), list(range(2 * size)))
+            found = [self.builder.shuffle_vector(a, b, mask) for a, b in zip(found[::2], found[1::2], strict=True)]
+        return found[0]
+
+    def part(self, value: Any, place: int, shorter: "VectorCode") -> Any:
+        """The vector at a place among shorter ones side by side."""
+        if shorter.size == self.size:
+            return value
+        mask = list(range(place * shorter.size, (place + 1) * shorter.size))
+        return self.builder.shuffle_vector(value, value, ir.Constant(ir.VectorType(ir.IntType(32), len(mask)), mask))
+
     def _mask(self, places: list[int]) -> Any:
         return ir.Constant(ir.VectorType(ir.IntType(32), self.size), places)
 
@@ -95,7 +112,10 @@ class VectorCode:
 
     def store(self, value: Any, offset: int, index: Any = None, stride: int | None = None) -> None:
         """Write a vector there."""
-        where = self._place(offset, index, self.size if stride is None else stride)
+        self.store_to(self._place(offset, index, self.size if stride is None else stride), value)
+
+    def store_to(self, where: Any, value: Any) -> None:
+        """Write a vector to a pointer."""
         self.builder.store(value, self.builder.bitcast(where, self.vector.as_pointer()), align=8)
 
     def load_from(self, where: Any) -> Any:

@@ -17,12 +17,12 @@ from qddot.runner.problem import Problem
 NEW, WITHIN, RTOL, ATOL = range(4)
 _ROWS = 4
 
-#: Fields beside those of every space. series, polynomial: functions; memory: theirs; where states, inputs, conditions
-#: and what they compare are in it, and the strides from order to order, in bytes; n_sides conditions; the order; and
-#: how many inputs have series there; course: the record of that.
+#: Fields beside those of every space. series, step, polynomial: functions; memory: theirs; where states, inputs,
+#: conditions and what they compare are in it, and the strides from order to order, in bytes; n_sides conditions; the
+#: order; and how many inputs have series there; course: the record of that.
 SPACE = space_layout(
-    "series polynomial memory states_at state_stride inputs_at input_stride compared_at side_stride sides_at n_sides "
-    "highest series_inputs course"
+    "series step polynomial memory states_at state_stride inputs_at input_stride compared_at side_stride sides_at "
+    "n_sides highest series_inputs course"
 )
 #: Fields of the course. restart: the next step starts where inputs may jump. turned: conditions that changed sides at
 #: this very time. now: time of the state; start, length: of the last step. decay: see `step.decay_for`.
@@ -43,12 +43,14 @@ def space_for(
     memory[places.states : places.states + n] = problem.initial_state
     code.fill_factors(memory, np.asarray(problem.constants, dtype=np.float64))
     rows = work.reshape(_ROWS, -1)
+    rows[ATOL] = 1.0  # of what is no state, too
     rows[RTOL, :n], rows[ATOL, :n] = rtol, np.maximum(atol, 1e-300)
     space, arrays = make_space(
         SPACE,
         problem,
         {"work": work, "memory": memory},
         series=code.series,
+        step=code.step,
         polynomial=code.polynomial,
         stride=8 * places.state_stride,
         n_sides=len(code.table.sides),

@@ -11,11 +11,11 @@ import math
 
 import numpy as np
 
-from qddot.runner.frame.space import states
-from qddot.runner.machine.bits import bits_of, elementary, float_of
+from qddot.runner.frame.space import row_address
+from qddot.runner.machine.bits import bits_of
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.exponentials import about_exp2, about_log2
 from qddot.runner.machine.memory import LEAN
+from qddot.runner.machine.series_calls import call_step
 from qddot.runner.machine.series_memory import HIGHEST
 from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
@@ -45,23 +45,6 @@ def rank(x):
 
 
 @compiled(**LEAN)
-def sizes(space, rtol):
-    """The largest coefficients of the last two orders, relative to their states or to where the absolute tolerance
-    takes over. rtol: the least of all. Infinite where one is no number.
-    """
-    order = space.highest
-    now, before, last = coefficient(space, 0), coefficient(space, order - 1), coefficient(space, order)
-    relative, absolute = states(space, RTOL), states(space, ATOL)
-    one, two = 0, 0
-    for i in range(space.n):
-        scale = rtol / max(relative[i] * abs(now[i]), absolute[i])
-        of_before, of_last = rank(before[i] * scale), rank(last[i] * scale)
-        one, two = of_before if of_before > one else one, of_last if of_last > two else two
-    infinite = rank(np.inf)
-    return (float_of(one), float_of(two)) if one < infinite and two < infinite else (np.inf, np.inf)
-
-
-@compiled(**LEAN)
 def largest(row, n):
     """The largest size in a row (n,), or what is no number, as its `rank`."""
     found = 0
@@ -83,15 +66,8 @@ def worst_state(space, k):
     return found
 
 
-@elementary
-def allowed(before, last, order, decay):
-    """The step by the sizes of the last two coefficients; 0 where one is infinite, infinite where both vanish."""
-    one, other = about_log2(before) * (1.0 / (order - 1.0)), about_log2(last) * (1.0 / order)
-    return about_exp2(decay - (one if one > other else other))
-
-
 @compiled(**LEAN)
 def step_size(space, rtol, decay):
     """The step that the series allows; 0 where a last coefficient is not finite, infinite where both vanish."""
-    before, last = sizes(space, rtol)
-    return allowed(before, last, float(space.highest), decay)
+    relative, absolute = row_address(space, RTOL), row_address(space, ATOL)
+    return call_step(space.step, space.memory, space.highest, relative, absolute, rtol, decay)

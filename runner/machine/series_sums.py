@@ -1,0 +1,287 @@
+"""Sums over lower orders, of A_j B_{k-j} for 0 <= j <= k: nearly all of the cost of a series.
+
+The terms with 0 < j < k come from memory, where the coefficients of all orders stand as histories. Vectors of sums are
+as wide there as a register, whatever is side by side elsewhere: a wide vector has the sums of several groups of nodes.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from qddot.runner.machine.packing import Group, Packing
+from qddot.runner.machine.recurrences import FUNCTIONS
+from qddot.runner.machine.series_memory import HIGHEST, Memory
+from qddot.runner.machine.vector_code import INTEGER, VectorCode
+
+#: For each rule its sums, as columns of its arguments: A, B, how A is taken (see `_Operand`), and whether A_0 B_k
+#: belongs to it; OWN: the node itself.
+OWN = -1
+SUMS = {
+    **dict.fromkeys(("product", "square"), ((0, 1, "", True),)),
+    "lagging": ((0, 1, "", False),),
+    "rate": ((0, 1, "next", True),),
+    "quotient": ((1, OWN, "", False),),
+    "power": ((0, OWN, "counted", False), (0, OWN, "", False)),
+    **dict.fromkeys(FUNCTIONS, ((0, 1, "counted", False),)),
+    "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
+}
+Names = tuple[str | None, ...]
+#: Vectors of sums up to which what they take of the order before waits in registers.
+_IN_REGISTERS = 8
+
+
+class Emitter(Protocol):
+    """What is asked of the emitter of a series; see `series.Emitter`."""
+
+    packing: Packing
+    code: VectorCode
+    memory: Memory
+    late: set[str]
+
+    def gather(self, names: Sequence[str | None]) -> Any:
+        """The nodes' coefficients side by side."""
+
+    def next(self, names: Sequence[str | None]) -> Any:
+        """The next coefficients of integrals."""
+
+    def counted(self, values: Any) -> Any:
+        """The number of the order times values."""
+
+
+@dataclass(eq=False)
+class _Operand:
+    """Coefficients of nodes side by side, as sums over lower orders take them.
+
+    how: "" as they are; "counted" k times the k-th; "next" that of order k + 1. late: complete only when the unknowns
+    of the order are known. depth: see `Packing`. current, first: those of this order, 0; done: whether all of it.
+    histories: those that it is in.
+    """
+
+    names: Names
+    how: str
+    late: bool
+    depth: int
+    current: Any = None
+    first: Any = None
+    done: bool = False
+    histories: list["_History"] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class _History:
+    """Where all coefficients of operands side by side are in memory, as vectors of a code.
+
+    current, before: those of this order, once all are complete, and of the order before, 0 in order 1. ahead: whether
+    "next" ones of the same nodes are written there, one order ahead, so that they are theirs too.
+    """
+
+    operands: tuple[_Operand, ...]
+    place: int
+    code: VectorCode
+    ahead: bool = False
+    current: Any = None
+    before: Any = None
+
+
+@dataclass(eq=False)
+class _Sum:
+    """Sum of A_j B_{k-j}, without A_0 B_k where not `whole`. between: its part 0 < j < k."""
+
+    left: _Operand
+    right: _Operand
+    whole: bool
+    between: Any = None
+
+    def known_last(self) -> tuple[_Operand, _Operand]:
+        """The operand whose last coefficients are known last, and the other one."""
+        pair = self.left, self.right
+        return pair if (self.left.late, self.left.depth) >= (self.right.late, self.right.depth) else pair[::-1]
+
+
+@dataclass(eq=False)
+class _Wide:
+    """Sums side by side; of each the one operand's history is read from order 1 on, and the other's down to it."""
+
+    sums: list[_Sum]
+    rising: _History
+    falling: _History
+
+
+class Sums:
+    """Those of a packing, in one order after the other: `begin`, `add_between`, `ends` of every group, `finish`.
+
+    size: doubles of a vector of sums; at_once: vectors that a loop over lower orders holds in registers.
+    """
+
+    def __init__(self, emitter: Emitter, size: int, at_once: int) -> None:
+        self._emitter, self._code, self._at_once = emitter, emitter.code, at_once
+        self._operands: dict[tuple[Names, str], _Operand] = {}
+        self._histories: dict[tuple[_Operand | None, ...], _History] = {}
+        self._sums = {group.index: self._of(group) for group in emitter.packing.groups if group.live}
+        self._wide = self._side_by_side(size // self._code.size)
+        self._share_histories()
+        self._near = len(self._wide) <= _IN_REGISTERS
+        self._waiting = list(dict.fromkeys(each.rising for each in self._wide)) if self._near else []
+        self._k: Any = None
+
+    def _of(self, group: Group) -> list[_Sum]:
+        found = []
+        for left, right, how, whole in SUMS.get(group.kind, ()):
+            names = [[node.name if i == OWN else node.arguments[i] for node in group.nodes] for i in (left, right)]
+            found.append(_Sum(self._operand(names[0], how), self._operand(names[1], ""), whole))
+        return found
+
+    def _operand(self, names: Sequence[str], how: str) -> _Operand:
+        key = (tuple(names), how)
+        if key not in self._operands:
+            late = not self._emitter.late.isdisjoint(names)
+            depth = max(self._emitter.packing.depths[name] for name in names)
+            self._operands[key] = _Operand(key[0], how, late, depth)
+        return self._operands[key]
+
+    def _side_by_side(self, most: int) -> list[_Wide]:
+        """Up to so many sums in a vector; those that wait for unknowns are on their own."""
+        sums = [each for found in self._sums.values() for each in found]
+        if self._code.width == 1:  # those with a factor in common in one loop, which reads it once
+            places = {id(each.right): place for place, each in reversed(list(enumerate(sums)))}
+            sums.sort(key=lambda each: places[id(each.right)])
+        late = [each for each in sums if each.known_last()[0].late]
+        others = [each for each in sums if not each.known_last()[0].late]
+        parts = [[each] for each in late] + [others[start : start + most] for start in range(0, len(others), most)]
+        found = []
+        for part in parts:
+            rising, falling = zip(*(each.known_last() for each in part), strict=True)
+            found.append(_Wide(part, self._history(rising), self._history(falling)))
+        return found
+
+    def _history(self, operands: tuple[_Operand, ...]) -> _History:
+        if operands not in self._histories:
+            count = 1 << (len(operands) - 1).bit_length()
+            code = VectorCode(self._code.builder, count * self._code.width, self._code.lanes)
+            place = self._emitter.memory.take_history((HIGHEST + 2) * code.size)
+            self._histories[operands] = _History(operands, place, code)
+            for each in set(operands):
+                each.histories.append(self._histories[operands])
+        return self._histories[operands]
+
+    def _share_histories(self) -> None:
+        """Let those of the next order write to the history of the same nodes, where there is one."""
+        for history in self._histories.values():
+            plain = self._histories.get(tuple(self._operands.get((each.names, "")) for each in history.operands))
+            if plain and all(each.how == "next" for each in history.operands):
+                plain.ahead = True
+                history.place = plain.place + plain.code.size
+
+    @property
+    def waiting(self) -> int:
+        """How many values are `carried`."""
+        return len(self._waiting)
+
+    def carried(self) -> list[Any]:
+        """What goes on to the next order in registers."""
+        return [each.code.zero if self._k is None else each.current for each in self._waiting]
+
+    def begin(self, k: Any, held: Sequence[Any] = ()) -> None:
+        """Begin an order, the first where k is None; held: what was `carried` to it."""
+        self._k = k
+        for each, value in zip(self._waiting, held, strict=False):
+            each.before = value
+        for operand in self._operands.values():
+            operand.current, operand.done = None, False
+        for history in self._histories.values():
+            history.current = None
+
+    def add_between(self) -> None:
+        """The parts of all sums with 0 < j < k, several in a loop over j.
+
+        Where few histories are read, their last coefficients wait in registers: from memory they come too late.
+        """
+        builder, one = self._code.builder, INTEGER(1)
+        several = builder.icmp_signed(">", self._k, one)
+        end = builder.select(several, builder.sub(self._k, one), one) if self._near else self._k
+        for start in range(0, len(self._wide), self._at_once):
+            these = self._wide[start : start + self._at_once]
+            for each, products in zip(these, self._products(these, end), strict=True):
+                code, total = each.rising.code, products
+                if self._near:
+                    lowest = code.load(each.falling.place, builder.zext(several, INTEGER))
+                    total = code.multiply_add(each.rising.before, lowest, products)
+                for place, single in enumerate(each.sums):
+                    single.between = code.part(total, place, self._code)
+
+    def _products(self, these: list[_Wide], end: Any) -> list[Any]:
+        """The sums of products for 0 < j < end; of few, those for odd j apart, as each waits for the one before."""
+        builder, code, one = self._code.builder, self._code, INTEGER(1)
+        zeros, count = [each.rising.code.zero for each in these], len(these)
+        if not self._near:
+            with code.loop(one, end, zeros) as (j, totals, after):
+                after.extend(self._terms(these, j, totals))
+            return after
+        pairs = builder.ashr(builder.sub(end, one), one)
+        with code.loop(INTEGER(0), pairs, 2 * zeros) as (i, totals, after):
+            j = builder.add(builder.shl(i, one), one)
+            after.extend(self._terms(these, j, totals[:count]))
+            after.extend(self._terms(these, builder.add(j, one), totals[count:]))
+        left = builder.add(builder.shl(pairs, one), one)
+        with code.loop(left, end, after[:count]) as (j, totals, last):
+            last.extend(self._terms(these, j, totals))
+        return [code.add(a, b) for a, b in zip(last, after[count:], strict=True)]
+
+    def _terms(self, these: list[_Wide], j: Any, totals: Sequence[Any]) -> Iterator[Any]:
+        """The totals with the products of one j, each history being read once."""
+        back = self._code.builder.sub(self._k, j)
+        loaded: dict[tuple[int, int], Any] = {}
+        for each, total in zip(these, totals, strict=True):
+            code, pair = each.rising.code, ((each.rising.place, j), (each.falling.place, back))
+            for place, index in pair:
+                if (place, id(index)) not in loaded:
+                    loaded[place, id(index)] = code.load(place, index)
+            one, other = (loaded[place, id(index)] for place, index in pair)
+            yield code.multiply_add(one, other, total)
+
+    def ends(self, group: Group, first: bool) -> list[Any]:
+        """The sums of a group with their terms of order 0 and k; None at first where they have none."""
+        return [self._end(each, first) for each in self._sums.get(group.index, ())]
+
+    def _end(self, each: _Sum, first: bool) -> Any:
+        left, right, code = each.left, each.right, self._code
+        last = self._fetch(left)
+        if first:
+            return code.multiply(last, self._fetch(right)) if each.whole else None
+        if left is right:
+            return code.multiply_add(code.add(left.first, left.first), last, each.between)
+        terms = [(left.depth, last, right.first)]
+        if each.whole:
+            terms.append((right.depth, left.first, self._fetch(right)))
+        total = each.between
+        for _, one, other in sorted(terms, key=lambda term: term[0]):  # what is known last is added last
+            total = code.multiply_add(one, other, total)
+        return total
+
+    def finish(self) -> None:
+        """Write what the histories of this order still lack, all unknowns being known."""
+        for operand in self._operands.values():
+            if operand.late:
+                operand.current = None
+            if not operand.done:
+                self._fetch(operand, final=True)
+
+    def _fetch(self, operand: _Operand, final: bool = False) -> Any:
+        """An operand's coefficients of this order, kept in its histories once they are complete."""
+        if operand.current is None:
+            emitter = self._emitter
+            value = emitter.next(operand.names) if operand.how == "next" else emitter.gather(operand.names)
+            operand.current = emitter.counted(value) if operand.how == "counted" else value
+            if final or not operand.late:
+                operand.done = True
+                if self._k is None:
+                    operand.first = operand.current
+                for history in operand.histories:
+                    if all(each.done for each in history.operands):
+                        self._write(history)
+        return operand.current
+
+    def _write(self, history: _History) -> None:
+        history.current = history.code.beside([each.current for each in history.operands])
+        if self._k is None or not history.ahead:
+            history.code.store(history.current, history.place, self._k)
