@@ -99,13 +99,19 @@ def numbers(what: str, values: Any, expected: str = "numbers") -> NDArray[np.flo
 
     Texts, truth values and objects are refused, which numpy would turn into numbers where it can.
     """
+    array = _numbers(values)
+    if array is None:
+        raise ValueError(f"{what} is {shown(values)}, expected {expected}")
+    return array
+
+
+def _numbers(values: Any) -> NDArray[np.float64] | None:
+    """The new array of `numbers`, None for anything but numbers."""
     try:
         array = np.asarray(values)
     except (TypeError, ValueError, OverflowError):  # rows of different lengths
-        array = np.asarray("")
-    if array.dtype.kind not in "iuf":
-        raise ValueError(f"{what} is {shown(values)}, expected {expected}")
-    return array.astype(np.float64)
+        return None
+    return array.astype(np.float64) if array.dtype.kind in "iuf" else None
 
 
 def row(what: str, values: Any, expected: str = "a row of finite numbers") -> NDArray[np.float64]:
@@ -120,7 +126,9 @@ def row(what: str, values: Any, expected: str = "a row of finite numbers") -> ND
 
 def finite_state(what: str, values: ArrayLike, names: Sequence[str], called: str = "initial") -> NDArray[np.float64]:
     """A new state x (n_states,); raises ValueError naming `what`, as it is called, and the state that is not finite."""
-    x = numbers(f"{what}: {called}", values, f"{len(names)} numbers")
+    x = _numbers(values)
+    if x is None:
+        raise ValueError(f"{what}: {called} is {shown(values)}, expected {len(names)} numbers")
     if x.shape != (len(names),):
         raise ValueError(f"{what}: {called} has shape {x.shape}, expected ({len(names)},): {_listed(names)}")
     if (i := _not_finite(x)) is not None:

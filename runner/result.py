@@ -93,9 +93,10 @@ def as_solution(
     method: Method,
     options: Options,
     trajectory: Trajectory,
+    metadata: Mapping[str, str | float],
     between: Callable[[], Between] | None = None,
 ) -> Solution:
-    """The solution of this trajectory; between: gives what lies between its points."""
+    """The solution of this trajectory; metadata: see `metadata_of`; between: gives what lies between its points."""
     failed = trajectory.failed_state
     values = {
         "t": trajectory.t.view(),  # read-only for whom the solution is given; kernels take what they may write to
@@ -107,7 +108,7 @@ def as_solution(
         "status": trajectory.status,
         "message": _message(subject, problem, method, options, trajectory),
         "statistics": trajectory.statistics,
-        "metadata": _metadata(subject, method, options),
+        "metadata": dict(metadata),
         "failed_at": trajectory.failed_at,
         "failed_state": subject.states[failed].name if failed >= 0 else "",
         "extras": trajectory.extras,
@@ -175,7 +176,8 @@ def _message(subject: Subject, problem: Problem, method: Method, options: Option
     return f"{message}; {found or ADVICE[status]}"
 
 
-def _metadata(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:
+def metadata_of(subject: Subject, method: Method, options: Options) -> dict[str, str | float]:
+    """What a solution is told by: model, method, tolerances or step, parameters."""
     settings: dict[str, str | float] = {"model": subject.name, "method": method.name}
     if method.adaptive:
         settings |= options.tolerance_metadata

@@ -31,7 +31,7 @@ from qddot.runner.methods import find_method
 from qddot.runner.options import TABLE, Options
 from qddot.runner.pictures.arrange import MULTIPLIERS
 from qddot.runner.problem import Problem, unchecked
-from qddot.runner.result import IntegrationError, Subject, as_solution
+from qddot.runner.result import IntegrationError, Subject, as_solution, metadata_of
 from qddot.runner.solution import Solution
 from qddot.runner.switching import sides
 from qddot.runner.tables import Quantity
@@ -107,6 +107,11 @@ class Simulation:
         return _unpickled, (self.model, replace(self.subject, output_kernel=None), problem, self.method, self.options)
 
     @cached_property
+    def _metadata(self) -> dict[str, str | float]:
+        """What is the same of all runs."""
+        return metadata_of(self.subject, self.method, self.options)
+
+    @cached_property
     def _manifold(self) -> Manifold:
         """The constraints of the model where runs start."""
         assert self.model is not None
@@ -128,7 +133,7 @@ class Simulation:
         whole = unchecked(Stretch, {"t0": problem.t0, "x": x, "steps": steps, "end": end})
         between = _Between(self, trajectory.extras.get("stretches") or (whole,))
         problem = as_run(problem, trajectory)
-        solution = as_solution(self.subject, problem, self.method, self.options, trajectory, between)
+        solution = as_solution(self.subject, problem, self.method, self.options, trajectory, self._metadata, between)
         if not solution.success and on_failure == "raise":
             raise IntegrationError(solution)
         return solution

@@ -4,7 +4,7 @@ It knows neither the method nor its step control: a state is an address.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -48,12 +48,15 @@ class Used(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """The record that compiled loops write to, and the arrays it points into; recorder: where pieces go, not points."""
+    """The record that compiled loops write to, and the arrays it points into; recorder: where pieces go, not points.
+
+    enlarged: names of the rooms that are larger than at first.
+    """
 
     record: np.void
     arrays: dict[str, NDArray[Any]]
-    first_room: tuple[int, int]
     recorder: Recorder | None = None
+    enlarged: set[str] = field(default_factory=set)
 
     @cached_property
     def _read(self) -> Callable[[], tuple[int, ...]]:
@@ -103,6 +106,7 @@ class Log:
             self.arrays[name] = np.concatenate([old, np.zeros((size - used, *old.shape[1:]), old.dtype)])
             self.record[name] = address(self.arrays[name])
         self.record[room] = size
+        self.enlarged.add(room)
 
     def save(self, t: float, x: NDArray[np.float64]) -> None:
         """Append a point, unless the last one is of this time, or pieces are recorded."""
@@ -119,8 +123,7 @@ class Log:
 
     def reusable(self, status: Status) -> bool:
         """Whether another run may write to it: this one did not fail, and has not made it large."""
-        rooms = len(self.arrays["saved_t"]), len(self.arrays["found_t"])
-        return status in (Status.FINISHED, Status.TERMINATED) and rooms == self.first_room
+        return (status is Status.FINISHED or status is Status.TERMINATED) and not self.enlarged
 
     def _hand_over(self) -> None:
         """Hand over the pieces that are written down, where pieces are."""
@@ -142,14 +145,21 @@ class Log:
         events: those watched for.
         """
         saved = self._saved()
-        t, states = self.arrays["saved_t"][:saved].copy(), self.arrays["saved_x"][:saved].copy()
         failed_at, failed_state = failure() if status in FAILURES else (np.nan, -1)
         extras: dict[str, Any] = {}
         if events:
             t_found, event, x_found = (self.arrays[name][: self.used.found].copy() for name in EVENTS)
             extras["events"] = EventLog(t_found, event, x_found, names_of(events))
-        how = {"failed_at": float(failed_at), "failed_state": int(failed_state), "extras": extras}
-        return unchecked(Trajectory, {"t": t, "states": states, "status": status, "statistics": statistics, **how})
+        values = {
+            "t": self.arrays["saved_t"][:saved].copy(),
+            "states": self.arrays["saved_x"][:saved].copy(),
+            "status": status,
+            "statistics": statistics,
+            "failed_at": failed_at,
+            "failed_state": failed_state,
+            "extras": extras,
+        }
+        return unchecked(Trajectory, values)
 
 
 def log_for(
@@ -181,7 +191,7 @@ def log_for(
     lengths = {"n_stops": len(stops), "n_wanted": len(wanted), "room": room, "event_room": event_room}
     places = {name: address(array) for name, array in arrays.items()}
     fields = record(LOG, n=n, refine=refine, starts=recorder is not None, **lengths, **places)
-    log = Log(fields, arrays, (room, event_room), recorder)
+    log = Log(fields, arrays, recorder)
     log.save(float(problem.t0), problem.initial_state)
     return log
 

@@ -16,7 +16,7 @@ from qddot.runner.frame.log import Log
 from qddot.runner.frame.pieces import Recorder
 from qddot.runner.frame.slices import run_slices
 from qddot.runner.machine.compiling import working_time
-from qddot.runner.machine.memory import number_in, reading
+from qddot.runner.machine.memory import number_in
 from qddot.runner.options import Options
 from qddot.runner.problem import Problem, Statistics, Trajectory, unchecked
 
@@ -100,9 +100,9 @@ def run_in_place(
 
 
 def counting(course: np.void, *names: str) -> Callable[[], dict[str, int]]:
-    """What reads the statistics of these names, two or more, in a record."""
-    counts = reading(course, *names)
-    return lambda: dict(zip(names, counts(), strict=True))
+    """What reads the statistics of these names in a record."""
+    counts = {name: number_in(course, name) for name in names}
+    return lambda: {name: count() for name, count in counts.items()}
 
 
 def taking(problem: Problem, *copies: Callable[[NDArray[np.float64]], None]) -> Callable[[NDArray[np.float64]], None]:

@@ -130,7 +130,7 @@ def _log2(code: VectorCode, bits: Any) -> Any:
     mantissa = builder.add(builder.and_(moved, _whole(bits, _MANTISSA)), _whole(bits, _ROOT))
     f = code.subtract(builder.bitcast(mantissa, code.vector), code.splat(1.0))
     e = code.subtract(builder.bitcast(exponent, code.vector), code.splat(2.0**52 + 1023.0))
-    return code.add(e, _cubic(code, f, _LOG2))
+    return code.add(e, code.polynomial(f, _LOG2))
 
 
 def _exp2(code: VectorCode, y: Any) -> Any:
@@ -139,14 +139,8 @@ def _exp2(code: VectorCode, y: Any) -> Any:
     shifted = code.add(y, code.splat(_FRACTION))
     f = code.subtract(y, code.subtract(shifted, code.splat(_FRACTION)))
     bits = builder.bitcast(shifted, ir.VectorType(INTEGER, code.size))
-    raised = builder.add(builder.bitcast(_cubic(code, f, _EXP2), bits.type), builder.shl(bits, _whole(bits, 52)))
+    raised = builder.add(builder.bitcast(code.polynomial(f, _EXP2), bits.type), builder.shl(bits, _whole(bits, 52)))
     return builder.bitcast(raised, code.vector)
-
-
-def _cubic(code: VectorCode, x: Any, coefficients: tuple[float, ...]) -> Any:
-    """A cubic, its halves side by side."""
-    c0, c1, c2, c3 = map(code.splat, coefficients)
-    return code.multiply_add(code.multiply(x, x), code.multiply_add(x, c3, c2), code.multiply_add(x, c1, c0))
 
 
 def emit_polynomial(function: ir.Function, memory: Memory, states: int, width: int, lanes: int) -> None:

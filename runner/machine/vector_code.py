@@ -224,9 +224,9 @@ class VectorCode:
         for part in (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21):
             rest = self.multiply_add(back, self.splat(part), rest)
         z = self.multiply(rest, rest)
-        sine = self.multiply_add(self.multiply(z, rest), self._polynomial(z, _SINE), rest)
+        sine = self.multiply_add(self.multiply(z, rest), self.polynomial(z, _SINE), rest)
         half = self.multiply_add(z, self.splat(-0.5), self.splat(1.0))
-        cosine = self.multiply_add(self.multiply(z, z), self._polynomial(z, _COSINE), half)
+        cosine = self.multiply_add(self.multiply(z, z), self.polynomial(z, _COSINE), half)
         integers = ir.VectorType(INTEGER, self.size)
 
         def whole(number: int) -> Any:
@@ -242,11 +242,14 @@ class VectorCode:
             found.append(self.builder.bitcast(signed, self.vector))
         return found[0], found[1]
 
-    def _polynomial(self, z: Any, coefficients: Sequence[float]) -> Any:
-        total = self.splat(coefficients[-1])
-        for coefficient in coefficients[-2::-1]:
-            total = self.multiply_add(total, z, self.splat(coefficient))
-        return total
+    def polynomial(self, x: Any, coefficients: Sequence[float]) -> Any:
+        """Sum of coefficients[i] x^i by Estrin's rule: pairs beside each other, so that few wait for others."""
+        found, power = [self.splat(each) for each in coefficients], x
+        while len(found) > 1:
+            pairs = [found[i : i + 2] for i in range(0, len(found), 2)]
+            found = [self.multiply_add(power, pair[1], pair[0]) if len(pair) == 2 else pair[0] for pair in pairs]
+            power = self.multiply(power, power)
+        return found[0]
 
 
 _SINE = (
