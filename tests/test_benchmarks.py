@@ -6,6 +6,7 @@ import sys
 from itertools import groupby
 from types import SimpleNamespace
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -16,7 +17,7 @@ from benchmarks.cases.case import accelerations
 from benchmarks.cases.chain import by_matrix_exponential, shaken
 from benchmarks.cases.m113 import drives
 from benchmarks.cases.pendulum import equations_of, swings
-from benchmarks.cases.reference import by_scipy
+from benchmarks.cases.reference import by_extrapolation, by_scipy
 from benchmarks.contest import Tuned, at_equal_error, contest, tuned
 from benchmarks.peers import peer
 from benchmarks.peers.casadi import Energies
@@ -86,9 +87,23 @@ def test_equations_of_the_cases_are_those_of_the_generated_kernels(swing, shots)
         assert a == pytest.approx(derivative(case, -1, 0.7, x, peak)[case.n :], rel=1e-9)
 
 
-def test_the_two_references_agree():
+def test_the_references_agree():
     case = shaken(qddot.load("chain"), 2.0)
     assert np.abs(by_scipy(case) - by_matrix_exponential(case)).max() < 1e-11
+    assert np.abs(by_extrapolation(case) - by_matrix_exponential(case)).max() < 1e-13
+
+
+def test_the_reference_of_a_pendulum_is_that_of_thirty_digits():
+    case = swings(qddot.load("double_pendulum"), STARTS[:1], 0.2)
+    with mpmath.workdps(30):
+
+        def derivative(t, x):
+            return [*x[2:], *accelerations(case, t, x, 0.0, (), mpmath)]
+
+        expected = mpmath.odefun(derivative, 0, [mpmath.mpf(each) for each in STARTS[0]], tol=mpmath.mpf(10) ** -20)(
+            0.2
+        )
+    assert case.solution(case)[0] == pytest.approx(np.array(expected, dtype=float), rel=1e-15, abs=1e-15)
 
 
 def test_a_tool_that_is_missing_or_fails_is_named_with_its_reason(swing, monkeypatch):

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.cases.case import Case, Floats
-from benchmarks.cases.reference import by_scipy
+from benchmarks.cases.reference import precisely
 from qddot.runner.load import Model
 
 GRAVITY = 9.81
@@ -27,7 +27,7 @@ def swings(model: Model, starts: Floats, end: float) -> Case:
         inputs=_no_inputs,
         one=lambda case: {},
         many=lambda case: {},
-        solution=by_scipy,
+        solution=precisely,
         atol=1.0,
     )
 

@@ -29,7 +29,7 @@ SLICE_WORK, TERMS = 1_000_000, 4
 #: Points saved in a step where no output times are given: a step is some tenth of an oscillation.
 REFINE = 4
 COUNTS = ("steps", "evaluations")
-#: Of the polynomial that stands for a step: singularities are e^2 steps away, and it converges as 27^-degree.
+#: Of the polynomial that stands for a step: singularities are e^1.3 steps away or more, and it converges as 12^-degree.
 DEGREE = 12
 
 

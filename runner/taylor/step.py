@@ -21,7 +21,7 @@ from qddot.runner.taylor.space import ATOL, RTOL, coefficient
 
 #: R without sums over lower orders, with them, and under constraints; the lowest order. Beyond the highest one, terms
 #: of a linear model that cancel would be hundreds of times as large as their sum.
-PLAIN, RATIO, HELD, LOWEST = 0.4, 1.5, 0.8, 5
+PLAIN, RATIO, HELD, LOWEST = 0.4, 1.3, 0.8, 5
 
 
 def order_for(rtol: float, sums: int, *, held: bool = False) -> int:
