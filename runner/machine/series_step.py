@@ -177,7 +177,7 @@ def _sums(code: VectorCode, memory: Memory, places: list[int], order: Any, facto
 
 
 def _sums_apart(code: VectorCode, memory: Memory, places: list[int], order: Any, factor: Any) -> list[Any]:
-    """The same, the highest order and each second one below it apart from the others; x_0 is last where that is even."""
+    """The same, the highest order and each second one below it apart from the others; of an even one x_0 is last."""
     builder, stride = code.builder, memory.state_stride
     one, two = INTEGER(1), INTEGER(2)
     squared = code.multiply(factor, factor)
