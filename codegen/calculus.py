@@ -126,7 +126,7 @@ class Definitions:
         """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""
         calls = _outermost_calls(expression) if holds(expression, se.FunctionSymbol) else []
         if not calls:
-            return settled(expression.diff(symbol))
+            return settled(expression.diff(symbol)) if holds(expression, se.Piecewise) else expression.diff(symbol)
         names = {call: se.Dummy() for call in calls}
         shell = replaced(expression, names)
         parts = [settled(shell.diff(symbol))]

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import compress
+from operator import not_
 from typing import Any
 
 import symengine as se
@@ -76,18 +78,18 @@ class _Hoisting:
 
     def stripped(self, expression: Any) -> Any:
         """The expression with its parameter-only parts named."""
-        if found := symbols_of(expression) & self.renamed.keys():
+        if self.renamed and (found := symbols_of(expression) & self.renamed.keys()):
             expression = expression.subs({symbol: self.renamed[symbol] for symbol in found})
         parts, symbols = operands(expression), symbols_of(expression)
-        if not parts or not symbols:
+        if not parts or symbols.isdisjoint(self.constant):
             return expression
         if symbols <= self.constant and not is_condition(expression):
             return self.named(expression)
         if not isinstance(expression, se.Mul | se.Add):
             return rebuild(expression, [self.stripped(part) for part in parts])
         build = se.Mul if isinstance(expression, se.Mul) else se.Add
-        fixed = [part for part in parts if symbols_of(part) <= self.constant]
-        moving = [part for part in parts if not symbols_of(part) <= self.constant] if fixed else parts
+        still = [symbols_of(part) <= self.constant for part in parts]
+        fixed, moving = list(compress(parts, still)), list(compress(parts, map(not_, still)))
         left = [self.stripped(part) for part in moving]
         if any(map(symbols_of, fixed)):
             return build(self.named(build(*fixed)), *left)

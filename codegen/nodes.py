@@ -37,22 +37,29 @@ def remembered(function: Callable[[Any], T]) -> Callable[[Any], T]:
     return known.__getitem__
 
 
+#: Node -> the first one that was equal to it.
+_FIRST: dict[Any, Any] = {}
+
+
 def forget() -> None:
     """Let go of all nodes, and of what is known of them."""
+    _FIRST.clear()
     for each in _KEPT:
         each.clear()
 
 
-@remembered
 def one(node: Any) -> Any:
     """The first node that was equal to this."""
-    return node
+    return _FIRST.setdefault(node, node)
 
 
 @remembered
 def operands(node: Any) -> tuple[Any, ...]:
     """What a node is made of; a number is made of nothing."""
-    return () if isinstance(node, se.Number) else tuple(map(one, node.args))
+    if isinstance(node, se.Number):
+        return ()
+    parts = node.args
+    return tuple(map(_FIRST.setdefault, parts, parts))
 
 
 @remembered
