@@ -20,10 +20,10 @@ from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 class Emitter:
     """Writes the function series(memory, order) for a packing.
 
-    sums: doubles of a vector of sums; at_once: see `Sums`.
+    sums: doubles of a vector of sums; at_once, few: see `Sums`.
     """
 
-    def __init__(self, packing: Packing, code: VectorCode, memory: Memory, sums: int, at_once: int) -> None:
+    def __init__(self, packing: Packing, code: VectorCode, memory: Memory, sums: int, at_once: int, few: int) -> None:
         self.packing, self.code, self.memory = packing, code, memory
         self.table = packing.table
         self.unknowns = self.table.unknowns
@@ -36,7 +36,7 @@ class Emitter:
         self._k: Any = None
         self.step: Any = None
         self._integrals = Integrals(self)
-        self._sums = Sums(self, sums, at_once)
+        self._sums = Sums(self, sums, at_once, few)
 
     def emit(self) -> None:
         """Order 0, and the loop over the others."""

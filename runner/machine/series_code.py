@@ -30,8 +30,10 @@ from qddot.runner.machine.series_step import emit_polynomial, emit_step, kinds_o
 from qddot.runner.machine.series_sums import SUMS
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
-#: Vectors of sums over lower orders that stay in registers.
-_AT_ONCE = 14
+#: Vectors of sums over lower orders that stay in registers; up to so few, what they take of the order before may too.
+_AT_ONCE, _FEW = 14, 4
+#: Doubles of the widest register; of these there are 32 in place of 16.
+_WIDEST = 8
 #: Doubles of a vector of nodes, and the fewest sums over lower orders for which it is as wide: with fewer of them,
 #: putting nodes side by side costs more than it saves. So many other nodes save as much as a sum.
 _WIDTHS, _NODES_OF_A_SUM = ((8, 24), (2, 0)), 10
@@ -72,11 +74,12 @@ class SeriesCode:
 class Shape:
     """What a vector holds: `width` nodes, or in lanes one node of `lanes` runs out of a row.
 
-    sums, at_once: see `Emitter`.
+    sums, few, at_once: see `Emitter`.
     """
 
     width: int
     sums: int
+    few: int
     lanes: int = 1
     row: int = 1
     at_once: int = _AT_ONCE
@@ -120,16 +123,18 @@ def _machine() -> Any:
 
 def _shape(saved: int, runs: int) -> Shape:
     """saved: sums over lower orders, and what counts as them."""
+    register = _register()
+    few = register * (_FEW if register < _WIDEST else 2 * _FEW)
     if runs == 1:
         width = next(width for width, least in _WIDTHS if saved >= least)
-        return Shape(width, max(width, _register()))
-    return Shape(1, _register(), _register(), runs)
+        return Shape(width, max(width, register), few)
+    return Shape(1, register, few, register, runs)
 
 
 def _register() -> int:
     """Doubles of a register of vectors."""
     features = llvm.get_host_cpu_features()
-    return 8 if features.get("avx512f") else 4 if features.get("avx") else 2
+    return _WIDEST if features.get("avx512f") else 4 if features.get("avx") else 2
 
 
 def _compiled(packing: Packing, memory: Memory, shape: Shape) -> bytes:
@@ -137,7 +142,7 @@ def _compiled(packing: Packing, memory: Memory, shape: Shape) -> bytes:
     module = ir.Module("series")
     series = _function(module, "series", [_POINTER, INTEGER], shape)
     code = VectorCode(ir.IRBuilder(series.append_basic_block()), shape.width, shape.lanes)
-    Emitter(packing, code, memory, shape.sums, shape.at_once).emit()
+    Emitter(packing, code, memory, shape.sums, shape.at_once, shape.few).emit()
     memory.take(shape.row)  # see `_function`
     result, kinds = kinds_of_step(shape.row)
     step = _function(module, "step", kinds, shape, result)

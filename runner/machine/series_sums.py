@@ -26,8 +26,6 @@ SUMS = {
     "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
 }
 Names = tuple[str | None, ...]
-#: Vectors of sums up to which what they take of the order before waits in registers.
-_IN_REGISTERS = 8
 
 
 class Emitter(Protocol):
@@ -110,17 +108,18 @@ class _Wide:
 class Sums:
     """Those of a packing, in one order after the other: `begin`, `add_between`, `ends` of every group, `finish`.
 
-    size: doubles of a vector of sums; at_once: vectors that a loop over lower orders holds in registers.
+    size: doubles of a vector of sums; at_once: vectors that a loop over lower orders holds in registers; few: doubles
+    of all sums up to which what they take of the order before waits in registers, too.
     """
 
-    def __init__(self, emitter: Emitter, size: int, at_once: int) -> None:
+    def __init__(self, emitter: Emitter, size: int, at_once: int, few: int) -> None:
         self._emitter, self._code, self._at_once = emitter, emitter.code, at_once
         self._operands: dict[tuple[Names, str], _Operand] = {}
         self._histories: dict[tuple[_Operand | None, ...], _History] = {}
         self._sums = {group.index: self._of(group) for group in emitter.packing.groups if group.live}
         self._wide = self._side_by_side(size // self._code.size)
         self._share_histories()
-        self._near = len(self._wide) <= _IN_REGISTERS
+        self._near = sum(each.rising.code.size for each in self._wide) <= few
         self._waiting = list(dict.fromkeys(each.rising for each in self._wide)) if self._near else []
         self._k: Any = None
 
