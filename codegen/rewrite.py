@@ -21,6 +21,7 @@ _CONDITIONS = {
 
 #: Numbers to compare with: SymEngine takes ten times as long to compare with one of Python's.
 ZERO, ONE, MINUS_ONE = map(se.Integer, (0, 1, -1))
+_ONE, _MINUS_ONE = type(ONE), type(MINUS_ONE)
 
 _INEQUALITIES = ("StrictLessThan", "LessThan")
 
@@ -93,6 +94,16 @@ def holds_call(expression: Any) -> bool:
     return is_call(expression) or any(map(holds_call, operands(expression)))
 
 
+def is_one(expression: Any) -> bool:
+    """Whether it is the number 1, of which SymEngine has a class: to compare takes four times as long."""
+    return type(expression) is _ONE
+
+
+def is_unit(expression: Any) -> bool:
+    """Whether it is 1 or -1."""
+    return type(expression) in (_ONE, _MINUS_ONE)
+
+
 def is_condition(expression: Any) -> bool:
     """Whether it is true or false: no number, so never a temporary."""
     return isinstance(expression, Boolean)
@@ -104,7 +115,7 @@ def is_signed_symbol(expression: Any) -> bool:
     parts = operands(expression)
     if not parts:
         return True
-    return isinstance(expression, se.Mul) and len(parts) == 2 and parts[0] == MINUS_ONE and parts[1].is_Symbol
+    return isinstance(expression, se.Mul) and len(parts) == 2 and type(parts[0]) is _MINUS_ONE and parts[1].is_Symbol
 
 
 def opposite(total: Any) -> Any:
@@ -117,10 +128,11 @@ def product(term: Any) -> Any:
     return se.Mul(*term) if isinstance(term, tuple) else term
 
 
-@remembered
 def is_square(expression: Any) -> bool:
     """Whether it is an integer power that is written as a product, its base standing there more than once."""
-    power = operands(expression)[1] if isinstance(expression, se.Pow) else None
+    if not isinstance(expression, se.Pow):
+        return False
+    power = operands(expression)[1]
     return isinstance(power, se.Integer) and abs(int(power)) > 1
 
 
@@ -189,7 +201,7 @@ def operations(expression: Any) -> int:
     if isinstance(expression, se.Add):
         return inside + len(arguments) - 1
     if isinstance(expression, se.Mul):
-        return inside + len(arguments) - 1 - (arguments[0] == MINUS_ONE)
+        return inside + len(arguments) - 1 - (type(arguments[0]) is _MINUS_ONE)
     return inside + 1
 
 

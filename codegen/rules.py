@@ -10,13 +10,14 @@ from qddot.codegen.identities import polynomial, total, without_squares
 from qddot.codegen.kernel import Assignment, Kernel
 from qddot.codegen.nodes import operands, remembered, symbols_of
 from qddot.codegen.rewrite import (
-    MINUS_ONE,
     ONE,
     content,
     factors,
     is_number,
+    is_one,
     is_signed_symbol,
     is_square,
+    is_unit,
     leading_number,
     operations,
     rewrite,
@@ -149,12 +150,12 @@ def front(node: Any) -> Any:
     if not isinstance(node, se.Add):
         return node
     numbers = [leading_number(term) for term in operands(node)]
-    if any(number == ONE for number in numbers) and all(map(_is_whole, numbers)):
+    if any(map(is_one, numbers)) and all(map(_is_whole, numbers)):
         return node
     common = content(numbers)
     inside = [number / common for number in numbers]
     saved = _multiplications(numbers) - _multiplications(inside) - 1
-    if common == ONE or (common != MINUS_ONE and saved < (0 if _is_whole(common) else 1)):
+    if is_one(common) or (not is_unit(common) and saved < (0 if _is_whole(common) else 1)):
         return node
     return common * se.Add(*(term / common for term in operands(node)))
 
@@ -164,7 +165,7 @@ def _is_whole(number: Any) -> bool:
 
 
 def _multiplications(numbers: Sequence[Any]) -> int:
-    return sum(number not in (ONE, MINUS_ONE) for number in numbers)
+    return sum(not is_unit(number) for number in numbers)
 
 
 def with_constants(kernel: Kernel, known: Mapping[Any, Any]) -> Kernel:

@@ -17,6 +17,7 @@ from qddot.codegen.rewrite import (
     Names,
     is_condition,
     is_number,
+    is_one,
     is_signed_symbol,
     is_square,
     leading_number,
@@ -109,7 +110,8 @@ class _Sharing:
             for part in self.parts[node]:
                 holders.setdefault(part, {})[i] = None
         for i, node in enumerate(nodes):
-            *few, many = sorted((holders.get(part, {}) for part in self.parts[node]), key=len) or [{}]
+            met = (holders.get(part, ()) for part in self.parts[node])
+            *few, many = sorted((others for others in met if len(others) > 1), key=len) or [{}]
             meetings = Counter(chain.from_iterable(few))  # who meets in two parts meets in one of these
             counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
             for _, j in sorted((-count, j) for count, j in counts if count > 1):
@@ -179,7 +181,7 @@ class _Sharing:
         value = self._build(node, out)
         if value in self.values:
             return _times(number, self.values[value])
-        if wish is not None and number == ONE:
+        if wish is not None and is_one(number):
             self._name(node, value, wish)  # the temporary that is being assigned serves as the name
             return value
         sign = ONE
@@ -207,7 +209,7 @@ class _Sharing:
 
 def _times(number: Any, value: Any) -> Any:
     """A product, for which SymEngine need not be asked where the number is one."""
-    return value if number is ONE else number * value
+    return value if is_one(number) else number * value
 
 
 def _wish(value: Any) -> str:
