@@ -28,8 +28,8 @@ class Motion:
     def mass(self, momenta: Vector) -> dict[tuple[int, int], Any]:
         """The entries d^2 L/dqdot_k dqdot_j, k >= j, that do not vanish."""
         place = {speed: j for j, speed in enumerate(self.v)}
-        rows = [self.definitions.gradient(momentum, place.keys()) for momentum in momenta]
-        pairs = ((k, j) for k, row in enumerate(rows) for j in sorted(place[speed] for speed in row) if j <= k)
+        rows = [self.definitions.gradient(momentum, set(self.v[: k + 1])) for k, momentum in enumerate(momenta)]
+        pairs = ((k, j) for k, row in enumerate(rows) for j in sorted(place[speed] for speed in row))
         entries = {(k, j): tidy(rows[k][self.v[j]]) for k, j in pairs}
         return {pair: entry for pair, entry in self._without_zeros(entries).items() if entry != 0}
 
