@@ -9,11 +9,12 @@ from typing import Any
 
 from qddot.runner.machine.packing import Group, Packing, arity
 from qddot.runner.machine.recurrences import Factor, Node
+from qddot.runner.machine.series_histories import Names
 from qddot.runner.machine.series_integrals import Integrals, is_integral
 from qddot.runner.machine.series_linear import linear
 from qddot.runner.machine.series_memory import NOW, SENSE, Memory
 from qddot.runner.machine.series_solve import eliminate, solution
-from qddot.runner.machine.series_sums import Names, Sums
+from qddot.runner.machine.series_sums import Sums
 from qddot.runner.machine.vector_code import INTEGER, SCALAR, VectorCode
 
 

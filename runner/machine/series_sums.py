@@ -5,15 +5,15 @@ as wide there as a register, whatever is side by side elsewhere: a wide vector h
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
-from qddot.runner.machine.packing import Group, Packing
+from qddot.runner.machine.packing import Group
 from qddot.runner.machine.recurrences import FUNCTIONS
-from qddot.runner.machine.series_memory import HIGHEST, Memory
-from qddot.runner.machine.vector_code import INTEGER, VectorCode
+from qddot.runner.machine.series_histories import Emitter, Histories, History, Operand
+from qddot.runner.machine.vector_code import INTEGER
 
-#: For each rule its sums, as columns of its arguments: A, B, how A is taken (see `_Operand`), and whether A_0 B_k
+#: For each rule its sums, as columns of its arguments: A, B, how A is taken (see `Operand`), and whether A_0 B_k
 #: belongs to it; OWN: the node itself.
 OWN = -1
 SUMS = {
@@ -25,72 +25,18 @@ SUMS = {
     **dict.fromkeys(FUNCTIONS, ((0, 1, "counted", False),)),
     "atan2": ((0, 2, "counted", False), (1, 3, "counted", False)),
 }
-Names = tuple[str | None, ...]
-
-
-class Emitter(Protocol):
-    """What is asked of the emitter of a series; see `series.Emitter`."""
-
-    packing: Packing
-    code: VectorCode
-    memory: Memory
-    late: set[str]
-
-    def gather(self, names: Sequence[str | None]) -> Any:
-        """The nodes' coefficients side by side."""
-
-    def next(self, names: Sequence[str | None]) -> Any:
-        """The next coefficients of integrals."""
-
-    def counted(self, values: Any) -> Any:
-        """The number of the order times values."""
-
-
-@dataclass(eq=False)
-class _Operand:
-    """Coefficients of nodes side by side, as sums over lower orders take them.
-
-    how: "" as they are; "counted" k times the k-th; "next" that of order k + 1. late: complete only when the unknowns
-    of the order are known. depth: see `Packing`. current, first: those of this order, 0; done: whether all of it.
-    histories: those that it is in.
-    """
-
-    names: Names
-    how: str
-    late: bool
-    depth: int
-    current: Any = None
-    first: Any = None
-    done: bool = False
-    histories: list["_History"] = field(default_factory=list)
-
-
-@dataclass(eq=False)
-class _History:
-    """Where all coefficients of operands side by side are in memory, as vectors of a code.
-
-    current, before: those of this order, once all are complete, and of the order before, 0 in order 1. ahead: whether
-    "next" ones of the same nodes are written there, one order ahead, so that they are theirs too.
-    """
-
-    operands: tuple[_Operand, ...]
-    place: int
-    code: VectorCode
-    ahead: bool = False
-    current: Any = None
-    before: Any = None
 
 
 @dataclass(eq=False)
 class _Sum:
     """Sum of A_j B_{k-j}, without A_0 B_k where not `whole`. between: its part 0 < j < k."""
 
-    left: _Operand
-    right: _Operand
+    left: Operand
+    right: Operand
     whole: bool
     between: Any = None
 
-    def known_last(self) -> tuple[_Operand, _Operand]:
+    def known_last(self) -> tuple[Operand, Operand]:
         """The operand whose last coefficients are known last, and the other one."""
         pair = self.left, self.right
         return pair if (self.left.late, self.left.depth) >= (self.right.late, self.right.depth) else pair[::-1]
@@ -101,8 +47,8 @@ class _Wide:
     """Sums side by side; of each the one operand's history is read from order 1 on, and the other's down to it."""
 
     sums: list[_Sum]
-    rising: _History
-    falling: _History
+    rising: History
+    falling: History
 
 
 class Sums:
@@ -113,12 +59,11 @@ class Sums:
     """
 
     def __init__(self, emitter: Emitter, size: int, at_once: int, few: int) -> None:
-        self._emitter, self._code, self._at_once = emitter, emitter.code, at_once
-        self._operands: dict[tuple[Names, str], _Operand] = {}
-        self._histories: dict[tuple[_Operand | None, ...], _History] = {}
+        self._code, self._at_once = emitter.code, at_once
+        self._histories = Histories(emitter)
         self._sums = {group.index: self._of(group) for group in emitter.packing.groups if group.live}
         self._wide = self._side_by_side(size // self._code.size)
-        self._share_histories()
+        self._histories.share()
         self._near = sum(each.rising.code.size for each in self._wide) <= few
         self._waiting = list(dict.fromkeys(each.rising for each in self._wide)) if self._near else []
         self._k: Any = None
@@ -127,16 +72,8 @@ class Sums:
         found = []
         for left, right, how, whole in SUMS.get(group.kind, ()):
             names = [[node.name if i == OWN else node.arguments[i] for node in group.nodes] for i in (left, right)]
-            found.append(_Sum(self._operand(names[0], how), self._operand(names[1], ""), whole))
+            found.append(_Sum(self._histories.operand(names[0], how), self._histories.operand(names[1], ""), whole))
         return found
-
-    def _operand(self, names: Sequence[str], how: str) -> _Operand:
-        key = (tuple(names), how)
-        if key not in self._operands:
-            late = not self._emitter.late.isdisjoint(names)
-            depth = max(self._emitter.packing.depths[name] for name in names)
-            self._operands[key] = _Operand(key[0], how, late, depth)
-        return self._operands[key]
 
     def _side_by_side(self, most: int) -> list[_Wide]:
         """Up to so many sums in a vector; those that wait for unknowns are on their own."""
@@ -150,26 +87,8 @@ class Sums:
         found = []
         for part in parts:
             rising, falling = zip(*(each.known_last() for each in part), strict=True)
-            found.append(_Wide(part, self._history(rising), self._history(falling)))
+            found.append(_Wide(part, self._histories.of(rising), self._histories.of(falling)))
         return found
-
-    def _history(self, operands: tuple[_Operand, ...]) -> _History:
-        if operands not in self._histories:
-            count = 1 << (len(operands) - 1).bit_length()
-            code = VectorCode(self._code.builder, count * self._code.width, self._code.lanes)
-            place = self._emitter.memory.take_history((HIGHEST + 2) * code.size)
-            self._histories[operands] = _History(operands, place, code)
-            for each in set(operands):
-                each.histories.append(self._histories[operands])
-        return self._histories[operands]
-
-    def _share_histories(self) -> None:
-        """Let those of the next order write to the history of the same nodes, where there is one."""
-        for history in self._histories.values():
-            plain = self._histories.get(tuple(self._operands.get((each.names, "")) for each in history.operands))
-            if plain and all(each.how == "next" for each in history.operands):
-                plain.ahead = True
-                history.place = plain.place + plain.code.size
 
     @property
     def waiting(self) -> int:
@@ -185,10 +104,7 @@ class Sums:
         self._k = k
         for each, value in zip(self._waiting, held, strict=False):
             each.before = value
-        for operand in self._operands.values():
-            operand.current, operand.done = None, False
-        for history in self._histories.values():
-            history.current = None
+        self._histories.begin(k)
 
     def add_between(self) -> None:
         """The parts of all sums with 0 < j < k, several in a loop over j.
@@ -244,14 +160,14 @@ class Sums:
 
     def _end(self, each: _Sum, first: bool) -> Any:
         left, right, code = each.left, each.right, self._code
-        last = self._fetch(left)
+        last = self._histories.fetch(left)
         if first:
-            return code.multiply(last, self._fetch(right)) if each.whole else None
+            return code.multiply(last, self._histories.fetch(right)) if each.whole else None
         if left is right:
             return code.multiply_add(code.add(left.first, left.first), last, each.between)
         terms = [(left.depth, last, right.first)]
         if each.whole:
-            terms.append((right.depth, left.first, self._fetch(right)))
+            terms.append((right.depth, left.first, self._histories.fetch(right)))
         total = each.between
         for _, one, other in sorted(terms, key=lambda term: term[0]):  # what is known last is added last
             total = code.multiply_add(one, other, total)
@@ -259,28 +175,4 @@ class Sums:
 
     def finish(self) -> None:
         """Write what the histories of this order still lack, all unknowns being known."""
-        for operand in self._operands.values():
-            if operand.late:
-                operand.current = None
-            if not operand.done:
-                self._fetch(operand, final=True)
-
-    def _fetch(self, operand: _Operand, final: bool = False) -> Any:
-        """An operand's coefficients of this order, kept in its histories once they are complete."""
-        if operand.current is None:
-            emitter = self._emitter
-            value = emitter.next(operand.names) if operand.how == "next" else emitter.gather(operand.names)
-            operand.current = emitter.counted(value) if operand.how == "counted" else value
-            if final or not operand.late:
-                operand.done = True
-                if self._k is None:
-                    operand.first = operand.current
-                for history in operand.histories:
-                    if all(each.done for each in history.operands):
-                        self._write(history)
-        return operand.current
-
-    def _write(self, history: _History) -> None:
-        history.current = history.code.beside([each.current for each in history.operands])
-        if self._k is None or not history.ahead:
-            history.code.store(history.current, history.place, self._k)
+        self._histories.finish()
