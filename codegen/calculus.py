@@ -124,9 +124,11 @@ class Definitions:
 
     def _derivative(self, expression: Any, symbol: Any) -> Any:
         """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""
-        calls = _outermost_calls(expression) if holds(expression, se.FunctionSymbol) else []
+        if not holds(expression, se.FunctionSymbol, se.Piecewise):
+            return expression.diff(symbol)
+        calls = _outermost_calls(expression)
         if not calls:
-            return settled(expression.diff(symbol)) if holds(expression, se.Piecewise) else expression.diff(symbol)
+            return settled(expression.diff(symbol))
         names = {call: se.Dummy() for call in calls}
         shell = replaced(expression, names)
         parts = [settled(shell.diff(symbol))]

@@ -148,13 +148,10 @@ def split_number(term: Any) -> tuple[Any, Any]:
     return ONE, term
 
 
-@remembered
 def leading_number(term: Any) -> Any:
     """The number in front of a term: -2 of -2*x*y."""
-    if is_number(term):
-        return term
-    first = operands(term)[0] if isinstance(term, se.Mul) else None
-    return first if first is not None and is_number(first) else ONE
+    first = operands(term)[0] if isinstance(term, se.Mul) else term
+    return first if is_number(first) else ONE
 
 
 def fraction(number: Any) -> Fraction:

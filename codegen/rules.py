@@ -8,7 +8,7 @@ import symengine as se
 
 from qddot.codegen.identities import polynomial, total, without_squares
 from qddot.codegen.kernel import Assignment, Kernel
-from qddot.codegen.nodes import operands, remembered, symbols_of
+from qddot.codegen.nodes import operands, symbols_of
 from qddot.codegen.rewrite import (
     ONE,
     content,
@@ -112,10 +112,13 @@ def tidy(expression: Any) -> Any:
     return rewrite(expression, lambda node: pythagoras(flatten(node)), {})
 
 
-@remembered
 def _holds_squared_sine(term: Any) -> bool:
-    squares = (part for part in factors(term) if isinstance(part, se.Pow) and operands(part)[1] == 2)
-    return any(isinstance(operands(part)[0], se.sin) for part in squares)
+    for part in operands(term) if isinstance(term, se.Mul) else (term,):
+        if isinstance(part, se.Pow):
+            base, power = operands(part)
+            if isinstance(base, se.sin) and power == 2:
+                return True
+    return False
 
 
 def collect(node: Any) -> Any:

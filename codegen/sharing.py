@@ -1,6 +1,6 @@
 """Common subexpressions: what occurs twice is computed once, parts of sums and products included."""
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from itertools import chain
 from typing import Any
@@ -63,7 +63,7 @@ class _Sharing:
         self.names = names
         self.parts: dict[Any, Parts] = {}
         self.common: dict[Any, tuple[type, Parts]] = {}
-        self.uses: Counter[Any] = Counter()
+        self.uses: defaultdict[Any, int] = defaultdict(int)
         self.symbols: dict[Any, Any] = {}
         self.values: dict[Any, Any] = {}
         self.given: dict[Any, Any] = {}
@@ -112,7 +112,9 @@ class _Sharing:
         for i, node in enumerate(nodes):
             met = (holders.get(part, ()) for part in self.parts[node])
             *few, many = sorted((others for others in met if len(others) > 1), key=len) or [{}]
-            meetings = Counter(chain.from_iterable(few))  # who meets in two parts meets in one of these
+            meetings = dict[int, int]()  # who meets in two parts meets in one of these
+            for j in chain.from_iterable(few):
+                meetings[j] = meetings.get(j, 0) + 1
             counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
             for _, j in sorted((-count, j) for count, j in counts if count > 1):
                 self._join(kind, nodes, holders, i, j)
