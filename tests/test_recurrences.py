@@ -174,10 +174,15 @@ def test_each_lane_of_the_machine_code_is_what_the_run_alone_is(lanes, monkeypat
         np.testing.assert_allclose(target.reshape(-1, 8)[:, lane], summed, rtol=1e-11, atol=1e-12)
 
 
-@pytest.mark.parametrize(("sense", "width", "in_registers"), [(1, 2, 8), (-1, 4, 0), (1, 8, 8)])
+@pytest.mark.parametrize(
+    ("sense", "width", "in_registers", "register", "few"),
+    [(1, 2, 8, 8, 4), (-1, 4, 0, 4, 0), (1, 8, 8, 8, 4), (-1, 2, 8, 4, 0), (1, 2, 8, 2, 4)],
+)
 @pytest.mark.parametrize("name", [name for name in available() if qddot.load(name).tables.recurrence])
-def test_the_series_of_a_model_is_that_of_its_table(name, sense, width, in_registers, monkeypatch):
+def test_the_series_of_a_model_is_that_of_its_table(name, sense, width, in_registers, register, few, monkeypatch):
     monkeypatch.setattr(machine, "_WIDTHS", ((width, 0),))
+    monkeypatch.setattr(machine, "_register", lambda: register)
+    monkeypatch.setattr(machine, "_FEW", few)
     monkeypatch.setattr(series_integrals, "_IN_REGISTERS", in_registers)
     model = qddot.load(name)
     tables, n = model.tables, len(model.state_names)
