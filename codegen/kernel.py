@@ -72,12 +72,12 @@ class Kernel:
         for symbol, expression in self.temporaries:
             if symbol in known:
                 raise KernelError(f"{symbol} is assigned twice")
-            if missing := symbols_of(expression) - known:
-                raise KernelError(f"{symbol} = {expression} uses {missing} before assignment")
+            if not symbols_of(expression) <= known:
+                raise KernelError(f"{symbol} = {expression} uses {symbols_of(expression) - known} before assignment")
             known.add(symbol)
         for slot, expression in self.writes:
-            if missing := symbols_of(expression) - known:
-                raise KernelError(f"{slot} = {expression} uses {missing}, which nothing assigns")
+            if not symbols_of(expression) <= known:
+                raise KernelError(f"{slot} = {expression} uses {symbols_of(expression) - known}, which nothing assigns")
 
     @cached_property
     def expressions(self) -> tuple[Any, ...]:

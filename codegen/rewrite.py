@@ -136,16 +136,18 @@ def is_square(expression: Any) -> bool:
     return isinstance(power, se.Integer) and abs(int(power)) > 1
 
 
-@remembered
 def split_number(term: Any) -> tuple[Any, Any]:
     """A term as (number, rest): -2*x*y -> (-2, x*y)."""
-    if is_number(term):
-        return term, ONE
     if isinstance(term, se.Mul):
-        number, *others = operands(term)
-        if is_number(number):
-            return number, se.Mul(*others)
-    return ONE, term
+        number = operands(term)[0]
+        return (number, _behind_number(term)) if is_number(number) else (ONE, term)
+    return (term, ONE) if is_number(term) else (ONE, term)
+
+
+@remembered
+def _behind_number(term: Any) -> Any:
+    _, *others = operands(term)
+    return one(se.Mul(*others)) if len(others) > 1 else others[0]
 
 
 def leading_number(term: Any) -> Any:
@@ -191,15 +193,17 @@ def without(term: Any, factor: Any) -> Any:
 @remembered
 def operations(expression: Any) -> int:
     """Additions, multiplications, divisions, powers and function calls, all counted as one; a sign is free."""
-    arguments = operands(expression)
-    if not arguments:
-        return 0
-    inside = sum(map(operations, arguments))
-    if isinstance(expression, se.Add):
-        return inside + len(arguments) - 1
-    if isinstance(expression, se.Mul):
-        return inside + len(arguments) - 1 - (type(arguments[0]) is _MINUS_ONE)
-    return inside + 1
+    return own_operations(expression) + sum(map(operations, operands(expression)))
+
+
+def own_operations(node: Any) -> int:
+    """Those of a node on what it is made of."""
+    arguments = operands(node)
+    if isinstance(node, se.Add):
+        return len(arguments) - 1
+    if isinstance(node, se.Mul):
+        return len(arguments) - 1 - (type(arguments[0]) is _MINUS_ONE)
+    return 1 if arguments else 0
 
 
 class Names:

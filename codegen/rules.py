@@ -20,6 +20,7 @@ from qddot.codegen.rewrite import (
     is_unit,
     leading_number,
     operations,
+    own_operations,
     rewrite,
     split_number,
     without,
@@ -51,7 +52,7 @@ def inline(
     """
     if not kernel.temporaries:
         return kernel
-    short = (symbol for symbol, expression in kernel.temporaries if operations(expression) <= _SHORT)
+    short = (symbol for symbol, expression in kernel.temporaries if _is_short(expression))
     single = _single(kernel.expressions, {*short, *mere} - keep - apart)
     values: dict[Any, Any] = {}
     kept: list[Assignment] = []
@@ -62,12 +63,22 @@ def inline(
 
     for symbol, expression in kernel.temporaries:
         value = settle(expression)
-        once = symbol in single and (symbol in mere or operations(value) <= _SHORT)
+        once = symbol in single and (symbol in mere or _is_short(value))
         if symbol not in keep and (once or is_signed_symbol(value)):
             values[symbol] = value
         else:
             kept.append((symbol, value))
     return kernel.replace(kept, [(slot, settle(expression)) for slot, expression in kernel.writes])
+
+
+def _is_short(expression: Any) -> bool:
+    """Whether an expression is of few operations, of which a long one has more before it is looked through."""
+    left, waiting = _SHORT, [expression]
+    while waiting and left >= 0:
+        node = waiting.pop()
+        left -= own_operations(node)
+        waiting += operands(node)
+    return left >= 0
 
 
 def simplify(kernel: Kernel, changes: Sequence[Change], memo: dict[Any, Any] | None = None) -> Kernel:
