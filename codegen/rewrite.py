@@ -178,7 +178,8 @@ def content(numbers: Sequence[Any]) -> Any:
 def factors(term: Any) -> tuple[Any, ...]:
     """The factors of a term that are no numbers."""
     if isinstance(term, se.Mul):
-        return tuple(part for part in operands(term) if not is_number(part))
+        parts = operands(term)  # a number is the first of them
+        return parts[1:] if is_number(parts[0]) else parts
     return () if is_number(term) else (one(term),)  # that of a sum, which `without` takes out
 
 

@@ -167,9 +167,11 @@ def front(node: Any) -> Any:
     if any(map(is_one, numbers)) and all(map(_is_whole, numbers)):
         return node
     common = content(numbers)
+    if is_one(common):
+        return node
     inside = [number / common for number in numbers]
     saved = _multiplications(numbers) - _multiplications(inside) - 1
-    if is_one(common) or (not is_unit(common) and saved < (0 if _is_whole(common) else 1)):
+    if not is_unit(common) and saved < (0 if _is_whole(common) else 1):
         return node
     return common * se.Add(*(term / common for term in operands(node)))
 

@@ -98,7 +98,7 @@ class Point:
         if value is None:
             parts = operands(node)
             value = self._values[node] = self._value(node, [self.at(part) for part in parts])
-            inside = [self._holding[part] for part in parts if part in self._holding]
+            inside = [self._holding[part] for part in parts if part in self._holding] if self._holding else []
             if inside or node in self.left:
                 own = (node,) if node in self.left else ()
                 self._holding[node] = tuple(dict.fromkeys((*chain.from_iterable(inside), *own)))
