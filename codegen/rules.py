@@ -119,8 +119,8 @@ def pythagoras(node: Any) -> Any:
 
 
 def tidy(expression: Any) -> Any:
-    """An expression with sums within sums opened and sin^2 + cos^2 gone, everywhere in it."""
-    return rewrite(expression, lambda node: pythagoras(flatten(node)), {})
+    """An expression with sums within sums opened, sin^2 + cos^2 gone and common numbers in front, everywhere in it."""
+    return rewrite(expression, lambda node: front(pythagoras(flatten(node))), {})
 
 
 def _holds_squared_sine(term: Any) -> bool:

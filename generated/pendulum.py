@@ -205,29 +205,29 @@ def rhs(t, state, inputs, constants, derivative):
     inverse_pivot_2 = 1.0 / (twice_L_squared_times_m - lower_2_1 * scaled_2_1)
     scaled_3_2 = L_squared_times_m * (sin_theta_3 * sin_theta_2 + cos_theta_3 * cos_theta_2) - scaled_3_1 * lower_2_1
     lower_3_2 = scaled_3_2 * inverse_pivot_2
-    tmp_2 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
-    thetadot_2_squared = thetadot_2 * thetadot_2
     tmp_3 = cos_theta_3 * sin_theta_1 - sin_theta_3 * cos_theta_1
     thetadot_3_squared = thetadot_3 * thetadot_3
+    tmp_4 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
+    thetadot_2_squared = thetadot_2 * thetadot_2
     reduced_1 = -(
         c * (2.0 * thetadot_1 - thetadot_2)
         + m
         * (
             three_times_g_times_L * sin_theta_1
-            + L_squared * (2.0 * thetadot_2_squared * tmp_2 + thetadot_3_squared * tmp_3)
+            + L_squared * (thetadot_3_squared * tmp_3 + 2.0 * thetadot_2_squared * tmp_4)
         )
     )
-    thetadot_1_squared = thetadot_1 * thetadot_1
     tmp_5 = cos_theta_3 * sin_theta_2 - sin_theta_3 * cos_theta_2
+    thetadot_1_squared = thetadot_1 * thetadot_1
     reduced_2 = -(
         c * (2.0 * thetadot_2 - thetadot_1 - thetadot_3)
         + m
-        * (twice_g_times_L * sin_theta_2 + L_squared * (tmp_5 * thetadot_3_squared - 2.0 * thetadot_1_squared * tmp_2))
+        * (twice_g_times_L * sin_theta_2 + L_squared * (tmp_5 * thetadot_3_squared - 2.0 * thetadot_1_squared * tmp_4))
         + reduced_1 * lower_2_1
     )
     reduced_3 = -(
         c * (thetadot_3 - thetadot_2)
-        + m * (g_times_L * sin_theta_3 - L_squared * (tmp_5 * thetadot_2_squared + thetadot_1_squared * tmp_3))
+        + m * (g_times_L * sin_theta_3 - L_squared * (thetadot_1_squared * tmp_3 + tmp_5 * thetadot_2_squared))
         + reduced_1 * lower_3_1
         + reduced_2 * lower_3_2
     )
@@ -274,29 +274,29 @@ def jacobian(t, state, inputs, constants, values):
     scaled_3_2 = L_squared_times_m * tmp_3 - scaled_3_1 * lower_2_1
     lower_3_2 = scaled_3_2 * inverse_pivot_2
     inverse_pivot_3 = 1.0 / (L_squared_times_m - lower_3_1 * scaled_3_1 - lower_3_2 * scaled_3_2)
-    tmp_4 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
-    thetadot_2_squared = thetadot_2 * thetadot_2
-    tmp_5 = cos_theta_3 * sin_theta_1 - sin_theta_3 * cos_theta_1
+    tmp_4 = cos_theta_3 * sin_theta_1 - sin_theta_3 * cos_theta_1
     thetadot_3_squared = thetadot_3 * thetadot_3
+    tmp_5 = cos_theta_2 * sin_theta_1 - cos_theta_1 * sin_theta_2
+    thetadot_2_squared = thetadot_2 * thetadot_2
     reduced_1 = -(
         c * (2.0 * thetadot_1 - thetadot_2)
         + m
         * (
             three_times_g_times_L * sin_theta_1
-            + L_squared * (2.0 * thetadot_2_squared * tmp_4 + thetadot_3_squared * tmp_5)
+            + L_squared * (thetadot_3_squared * tmp_4 + 2.0 * thetadot_2_squared * tmp_5)
         )
     )
-    thetadot_1_squared = thetadot_1 * thetadot_1
     tmp_6 = cos_theta_3 * sin_theta_2 - sin_theta_3 * cos_theta_2
+    thetadot_1_squared = thetadot_1 * thetadot_1
     reduced_2 = -(
         c * (2.0 * thetadot_2 - thetadot_1 - thetadot_3)
         + m
-        * (twice_g_times_L * sin_theta_2 + L_squared * (tmp_6 * thetadot_3_squared - 2.0 * thetadot_1_squared * tmp_4))
+        * (twice_g_times_L * sin_theta_2 + L_squared * (tmp_6 * thetadot_3_squared - 2.0 * thetadot_1_squared * tmp_5))
         + reduced_1 * lower_2_1
     )
     reduced_3 = -(
         c * (thetadot_3 - thetadot_2)
-        + m * (g_times_L * sin_theta_3 - L_squared * (tmp_6 * thetadot_2_squared + thetadot_1_squared * tmp_5))
+        + m * (g_times_L * sin_theta_3 - L_squared * (thetadot_1_squared * tmp_4 + tmp_6 * thetadot_2_squared))
         + reduced_1 * lower_3_1
         + reduced_2 * lower_3_2
     )
@@ -307,21 +307,21 @@ def jacobian(t, state, inputs, constants, values):
     tmp_8 = thetadot_3_squared * tmp_2
     reduced_1_2 = -m * (
         three_times_g_times_L * cos_theta_1
-        + L_squared * (2.0 * tmp_7 + tmp_8 - 2.0 * thetaddot_2 * tmp_4 - thetaddot_3 * tmp_5)
+        + L_squared * (2.0 * tmp_7 + tmp_8 - thetaddot_3 * tmp_4 - 2.0 * thetaddot_2 * tmp_5)
     )
     tmp_9 = thetadot_1_squared * tmp_1
-    reduced_2_2 = twice_L_squared_times_m * (thetaddot_1 * tmp_4 + tmp_9) - reduced_1_2 * lower_2_1
+    reduced_2_2 = twice_L_squared_times_m * (thetaddot_1 * tmp_5 + tmp_9) - reduced_1_2 * lower_2_1
     tmp_10 = thetadot_1_squared * tmp_2
-    reduced_3_2 = L_squared_times_m * (thetaddot_1 * tmp_5 + tmp_10) - reduced_1_2 * lower_3_1 - reduced_2_2 * lower_3_2
+    reduced_3_2 = L_squared_times_m * (thetaddot_1 * tmp_4 + tmp_10) - reduced_1_2 * lower_3_1 - reduced_2_2 * lower_3_2
     solved_3 = reduced_3_2 * inverse_pivot_3
     solved_2 = reduced_2_2 * inverse_pivot_2 - solved_3 * lower_3_2
-    reduced_1_3 = twice_L_squared_times_m * (tmp_7 - thetaddot_2 * tmp_4)
+    reduced_1_3 = twice_L_squared_times_m * (tmp_7 - thetaddot_2 * tmp_5)
     tmp_11 = thetadot_3_squared * tmp_3
     reduced_2_3 = -(
         m
         * (
             twice_g_times_L * cos_theta_2
-            + L_squared * (2.0 * thetaddot_1 * tmp_4 + 2.0 * tmp_9 + tmp_11 - thetaddot_3 * tmp_6)
+            + L_squared * (2.0 * thetaddot_1 * tmp_5 + 2.0 * tmp_9 + tmp_11 - thetaddot_3 * tmp_6)
         )
         + reduced_1_3 * lower_2_1
     )
@@ -329,10 +329,10 @@ def jacobian(t, state, inputs, constants, values):
     reduced_3_3 = L_squared_times_m * (thetaddot_2 * tmp_6 + tmp_12) - reduced_1_3 * lower_3_1 - reduced_2_3 * lower_3_2
     solved_3_2 = reduced_3_3 * inverse_pivot_3
     solved_2_2 = reduced_2_3 * inverse_pivot_2 - solved_3_2 * lower_3_2
-    reduced_1_4 = L_squared_times_m * (tmp_8 - thetaddot_3 * tmp_5)
+    reduced_1_4 = L_squared_times_m * (tmp_8 - thetaddot_3 * tmp_4)
     reduced_2_4 = L_squared_times_m * (tmp_11 - thetaddot_3 * tmp_6) - reduced_1_4 * lower_2_1
     reduced_3_4 = -(
-        m * (g_times_L * cos_theta_3 + L_squared * (thetaddot_1 * tmp_5 + thetaddot_2 * tmp_6 + tmp_10 + tmp_12))
+        m * (g_times_L * cos_theta_3 + L_squared * (thetaddot_1 * tmp_4 + thetaddot_2 * tmp_6 + tmp_10 + tmp_12))
         + reduced_1_4 * lower_3_1
         + reduced_2_4 * lower_3_2
     )
@@ -340,17 +340,17 @@ def jacobian(t, state, inputs, constants, values):
     solved_2_3 = reduced_2_4 * inverse_pivot_2 - solved_3_3 * lower_3_2
     reduced_1_5 = -2.0 * c
     tmp_13 = L_squared_times_m * thetadot_1
-    reduced_2_5 = 4.0 * tmp_13 * tmp_4 + c - reduced_1_5 * lower_2_1
-    solved_3_4 = -inverse_pivot_3 * (reduced_1_5 * lower_3_1 + reduced_2_5 * lower_3_2 - 2.0 * tmp_13 * tmp_5)
+    reduced_2_5 = 4.0 * tmp_13 * tmp_5 + c - reduced_1_5 * lower_2_1
+    solved_3_4 = -inverse_pivot_3 * (reduced_1_5 * lower_3_1 + reduced_2_5 * lower_3_2 - 2.0 * tmp_13 * tmp_4)
     solved_2_4 = reduced_2_5 * inverse_pivot_2 - solved_3_4 * lower_3_2
     tmp_14 = L_squared_times_m * thetadot_2
-    reduced_1_6 = c - 4.0 * tmp_14 * tmp_4
+    reduced_1_6 = c - 4.0 * tmp_14 * tmp_5
     reduced_2_6 = -(reduced_1_6 * lower_2_1 + 2.0 * c)
     reduced_3_6 = 2.0 * tmp_14 * tmp_6 + c - reduced_1_6 * lower_3_1 - reduced_2_6 * lower_3_2
     solved_3_5 = reduced_3_6 * inverse_pivot_3
     solved_2_5 = reduced_2_6 * inverse_pivot_2 - solved_3_5 * lower_3_2
     tmp_15 = L_squared_times_m * thetadot_3
-    reduced_1_7 = -2.0 * tmp_15 * tmp_5
+    reduced_1_7 = -2.0 * tmp_15 * tmp_4
     reduced_2_7 = c - reduced_1_7 * lower_2_1 - 2.0 * tmp_15 * tmp_6
     solved_3_6 = -inverse_pivot_3 * (reduced_1_7 * lower_3_1 + reduced_2_7 * lower_3_2 + c)
     solved_2_6 = reduced_2_7 * inverse_pivot_2 - solved_3_6 * lower_3_2
