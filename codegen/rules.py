@@ -72,7 +72,7 @@ def inline(
 
 
 def _is_short(expression: Any) -> bool:
-    """Whether an expression is of few operations, of which a long one has more before it is looked through."""
+    """Whether an expression is of few operations; a long one is not looked through to its end."""
     left, waiting = _SHORT, [expression]
     while waiting and left >= 0:
         node = waiting.pop()
