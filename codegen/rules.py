@@ -200,7 +200,7 @@ def with_constants(kernel: Kernel, known: Mapping[Any, Any]) -> Kernel:
 
 
 def _numbers_before_symbols(known: Mapping[Any, Any]) -> set[Any]:
-    return {number for number, rest in map(split_number, known) if rest.is_Symbol and number != ONE}
+    return {number for number, rest in map(split_number, known) if rest.is_Symbol and not is_one(number)}
 
 
 def _leads(expression: Any, numbers: Set[Any]) -> bool:

@@ -87,7 +87,7 @@ class _Sharing:
         """Let a sum or product be known by a symbol."""
         self.values[expression] = symbol
         number, node = split_number(expression)
-        if number == ONE and isinstance(node, se.Add | se.Mul):
+        if is_one(number) and isinstance(node, se.Add | se.Mul):
             self.survey(expression)
             self.symbols[node] = self.given[node] = symbol
 

@@ -4,11 +4,13 @@ import ctypes
 
 import numpy as np
 
+from qddot.runner.machine.memory import on_cache_line
+
 
 def steps(code, now, before, last, relative, absolute, rtol, decay, order):
     """The steps (runs,) that coefficients (runs, n) of order 0, order - 1 and order allow, by the machine code."""
     places, (runs, n) = code.memory, now.shape
-    memory, tolerances = aligned(places.size), np.ones((2, places.state_stride))
+    memory, tolerances = on_cache_line(places.size), np.ones((2, places.state_stride))
     tolerances[0, :n], tolerances[1, :n] = relative, absolute
     for k, row in ((0, now), (order - 1, before), (order, last)):
         memory[places.states + k * places.state_stride :][: runs * n] = row.T.ravel()
@@ -16,21 +18,15 @@ def steps(code, now, before, last, relative, absolute, rtol, decay, order):
     given = memory.ctypes.data, order, tolerances[0].ctypes.data, tolerances[1].ctypes.data, rtol, decay
     if runs == 1:
         return np.array([ctypes.CFUNCTYPE(ctypes.c_double, *kinds)(code.step)(*given)])
-    found = aligned(runs)
+    found = on_cache_line(runs)
     ctypes.CFUNCTYPE(None, *kinds, ctypes.c_void_p)(code.step)(*given, found.ctypes.data)
     return found
-
-
-def aligned(size):
-    """Zeros that begin on a cache line."""
-    buffer = np.zeros(size + 8)
-    return buffer[(-(buffer.ctypes.data // 8)) % 8 :][:size]
 
 
 def run(code, constants, first, inputs, order, t=0.0, sides=(), sense=1.0):
     """Coefficients (order + 1, n) by the machine code; inputs: rows of coefficients."""
     places = code.memory
-    memory = aligned(places.size)
+    memory = on_cache_line(places.size)
     code.fill_factors(memory, np.asarray(constants, dtype=float))
     memory[:2] = sense, t
     memory[places.states : places.states + len(first)] = first

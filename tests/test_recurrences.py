@@ -16,6 +16,7 @@ from qddot.codegen.rewrite import Names
 from qddot.runner.load import available
 from qddot.runner.machine import series_code as machine
 from qddot.runner.machine import series_integrals
+from qddot.runner.machine.memory import on_cache_line
 from qddot.runner.machine.recurrences import RecurrenceError, read_recurrences
 from qddot.runner.machine.series_code import series_code
 
@@ -152,8 +153,7 @@ def test_each_lane_of_the_machine_code_is_what_the_run_alone_is(lanes, monkeypat
     sides = [found[name] for name in alone.table.sides]
     scale, places = np.random.default_rng(2).uniform(0.98, 1.02, (3, 8)), rows.memory
     inputs = np.array([[ARGUMENTS[name][k] if k < len(ARGUMENTS[name]) else 0.0 for name in "ab"] for k in range(5)])
-    buffer = np.zeros(places.size + 8)
-    memory = buffer[(-(buffer.ctypes.data // 8)) % 8 :][: places.size]
+    memory = on_cache_line(places.size)
     memory[:16] = *np.ones(8), *0.25 * scale[2]
     for place, number, constants in places.factors:
         memory[place : place + 8] = number * (CONSTANT * scale[0]) ** len(constants)

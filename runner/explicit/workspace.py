@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from qddot.runner import abi
 from qddot.runner.frame.space import make_space, row_address, space_layout
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, floats, record_at
+from qddot.runner.machine.memory import BLOCK, INLINE, LEAN, VIEW, floats, on_cache_line, record_at
 from qddot.runner.machine.pointers import pointer
 from qddot.runner.machine.stage import stage_pointer
 from qddot.runner.machine.sums import add_latest, sum_slopes
@@ -102,9 +102,7 @@ def _initial_work(
     x: NDArray[np.float64], rtol: NDArray[np.float64], atol: NDArray[np.float64], blocks: int
 ) -> NDArray[np.float64]:
     """The buffer, on a cache line. An absolute tolerance of zero becomes a tiny one, so that 0/0 cannot arise."""
-    size = ROWS * blocks * BLOCK
-    buffer = np.zeros(size + 7)
-    work = buffer[-(buffer.ctypes.data // 8) % 8 :][:size]
+    work = on_cache_line(int(ROWS) * blocks * BLOCK)
     rows = work.reshape(ROWS, blocks * BLOCK)
     rows[Y, : len(x)] = x
     rows[ATOL] = rows[RTOL] = 1.0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from qddot.runner import abi
 from qddot.runner.explicit.workspace import MOST_STAGES
-from qddot.runner.machine.memory import address, layout, record
+from qddot.runner.machine.memory import address, layout, on_cache_line, record
 
 LANES = abi.LANES
 
@@ -77,8 +77,7 @@ BATCH_TYPE, PACK_TYPE = typeof(record(BATCH)), typeof(record(PACK))
 
 def rows(count: int) -> NDArray[np.float64]:
     """A number of rows of lanes (count * LANES,) of zeros, on a cache line."""
-    buffer = np.zeros(max(1, count) * LANES + 7)
-    return buffer[-(buffer.ctypes.data // 8) % 8 :][: max(1, count) * LANES]
+    return on_cache_line(max(1, count) * LANES)
 
 
 def make_pack(batch: np.void, slope_rows: int) -> tuple[np.void, dict[str, NDArray[Any]]]:

@@ -102,6 +102,12 @@ def number_in(of: np.void, name: str) -> Callable[[], Any]:
     return partial(base.view(kind).item, where // 8)
 
 
+def on_cache_line(size: int) -> NDArray[np.float64]:
+    """An array of zeros that begins on a cache line."""
+    buffer = np.zeros(size + 7)
+    return buffer[-(buffer.ctypes.data // 8) % 8 :][:size]
+
+
 def writable(array: NDArray[Any]) -> NDArray[Any]:
     """The array itself, or a copy where it is read-only or not contiguous."""
     return np.require(array, requirements=["C", "W"])

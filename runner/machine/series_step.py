@@ -39,7 +39,7 @@ def emit_step(function: ir.Function, memory: Memory, states: int, width: int, la
     builder, (_, order, *_, decay) = code.builder, function.args[:6]
     before, last = _sizes(code, memory, states, function.args)
     sizes = _largest(code, before, last)
-    high = _larger(builder, sizes, _shuffled(builder, sizes, range(lanes, 2 * lanes), range(lanes)))
+    high = _larger(builder, sizes, both.shuffle(sizes, sizes, [1, 0]))
     whole = builder.sitofp(order, SCALAR)
     parts = [builder.fdiv(SCALAR(1.0), each) for each in (builder.fsub(whole, SCALAR(1.0)), whole)]
     item = VectorCode(builder, 1, lanes)
@@ -47,8 +47,8 @@ def emit_step(function: ir.Function, memory: Memory, states: int, width: int, la
     swapped = both.shuffle(roots, roots, [1, 0])
     larger = builder.select(builder.fcmp_ordered(">", roots, swapped), roots, swapped)
     step = _exp2(both, both.subtract(both.splat(decay), larger))
-    step = builder.select(builder.icmp_signed("<", high, _whole(high, _INFINITE)), step, both.zero)
-    step = builder.select(builder.icmp_signed("==", high, _whole(high, 0)), both.splat(float("inf")), step)
+    step = builder.select(builder.icmp_signed("<", high, both.whole(_INFINITE)), step, both.zero)
+    step = builder.select(builder.icmp_signed("==", high, both.whole(0)), both.splat(float("inf")), step)
     if lanes == 1:
         builder.ret(builder.extract_element(step, ir.IntType(32)(0)))
     else:
@@ -81,8 +81,7 @@ def _sizes(code: VectorCode, memory: Memory, states: int, arguments: Any) -> tup
             taken.append(_larger(builder, builder.bitcast(size, total.type), total))
         return taken
 
-    nothing = ir.Constant(ir.VectorType(INTEGER, code.size), [0] * code.size)
-    found = [nothing, nothing]
+    found = [code.whole(0), code.whole(0)]
     if count <= _WRITTEN_OUT:
         for index in range(count):
             found = larger(INTEGER(index), found)
@@ -94,40 +93,28 @@ def _sizes(code: VectorCode, memory: Memory, states: int, arguments: Any) -> tup
 
 def _largest(code: VectorCode, before: Any, last: Any) -> Any:
     """Of each of two vectors the largest item, side by side."""
-    lanes, half = code.lanes, code.width
-    found = _shuffled(code.builder, before, range(2 * code.size), other=last)
-    while half > 1:
+    half = code.size
+    found = code.doubles(before, last, range(2 * half))
+    while half > code.lanes:
         half //= 2
-        starts = (0, 2 * half * lanes)
         lower, upper = (
-            _shuffled(code.builder, found, *(range(start + far, start + far + half * lanes) for start in starts))
-            for far in (0, half * lanes)
+            code.doubles(found, found, [*range(far, far + half), *range(2 * half + far, 3 * half + far)])
+            for far in (0, half)
         )
         found = _larger(code.builder, lower, upper)
     return found
-
-
-def _shuffled(builder: Any, value: Any, *parts: range, other: Any = None) -> Any:
-    """These items of a vector, or of two."""
-    places = [place for part in parts for place in part]
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), len(places)), places)
-    return builder.shuffle_vector(value, value if other is None else other, mask)
 
 
 def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.icmp_signed(">", a, b), a, b)
 
 
-def _whole(like: Any, number: int) -> Any:
-    return ir.Constant(like.type, [number] * like.type.count)
-
-
 def _log2(code: VectorCode, bits: Any) -> Any:
     """The logarithms of doubles with these bits, positive ones; of 0 and of subnormal ones some -1023."""
     builder = code.builder
-    moved = builder.add(bits, _whole(bits, _ONE - _ROOT))
-    exponent = builder.or_(builder.lshr(moved, _whole(bits, 52)), _whole(bits, _WHOLE))
-    mantissa = builder.add(builder.and_(moved, _whole(bits, _MANTISSA)), _whole(bits, _ROOT))
+    moved = builder.add(bits, code.whole(_ONE - _ROOT))
+    exponent = builder.or_(builder.lshr(moved, code.whole(52)), code.whole(_WHOLE))
+    mantissa = builder.add(builder.and_(moved, code.whole(_MANTISSA)), code.whole(_ROOT))
     f = code.subtract(builder.bitcast(mantissa, code.vector), code.splat(1.0))
     e = code.subtract(builder.bitcast(exponent, code.vector), code.splat(2.0**52 + 1023.0))
     return code.add(e, code.polynomial(f, _LOG2))
@@ -139,7 +126,7 @@ def _exp2(code: VectorCode, y: Any) -> Any:
     shifted = code.add(y, code.splat(_FRACTION))
     f = code.subtract(y, code.subtract(shifted, code.splat(_FRACTION)))
     bits = builder.bitcast(shifted, ir.VectorType(INTEGER, code.size))
-    raised = builder.add(builder.bitcast(code.polynomial(f, _EXP2), bits.type), builder.shl(bits, _whole(bits, 52)))
+    raised = builder.add(builder.bitcast(code.polynomial(f, _EXP2), bits.type), builder.shl(bits, code.whole(52)))
     return builder.bitcast(raised, code.vector)
 
 

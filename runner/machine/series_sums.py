@@ -127,20 +127,17 @@ class Sums:
     def _products(self, these: list[_Wide], end: Any) -> list[Any]:
         """The sums of products for 0 < j < end; of few, those for odd j apart, as each waits for the one before."""
         builder, code, one = self._code.builder, self._code, INTEGER(1)
-        zeros, count = [each.rising.code.zero for each in these], len(these)
-        if not self._near:
-            with code.loop(one, end, zeros) as (j, totals, after):
-                after.extend(self._terms(these, j, totals))
-            return after
-        pairs = builder.ashr(builder.sub(end, one), one)
-        with code.loop(INTEGER(0), pairs, 2 * zeros) as (i, totals, after):
-            j = builder.add(builder.shl(i, one), one)
-            after.extend(self._terms(these, j, totals[:count]))
-            after.extend(self._terms(these, builder.add(j, one), totals[count:]))
-        left = builder.add(builder.shl(pairs, one), one)
-        with code.loop(left, end, after[:count]) as (j, totals, last):
-            last.extend(self._terms(these, j, totals))
-        return [code.add(a, b) for a, b in zip(last, after[count:], strict=True)]
+        first, found, count = one, [each.rising.code.zero for each in these], len(these)
+        if self._near:
+            pairs = builder.ashr(builder.sub(end, one), one)
+            with code.loop(INTEGER(0), pairs, 2 * found) as (i, totals, found):
+                j = builder.add(builder.shl(i, one), one)
+                found.extend(self._terms(these, j, totals[:count]))
+                found.extend(self._terms(these, builder.add(j, one), totals[count:]))
+            first = builder.add(builder.shl(pairs, one), one)
+        with code.loop(first, end, found[:count]) as (j, totals, after):
+            after.extend(self._terms(these, j, totals))
+        return [code.add(a, b) for a, b in zip(after, found[count:], strict=True)] if self._near else after
 
     def _terms(self, these: list[_Wide], j: Any, totals: Sequence[Any]) -> Iterator[Any]:
         """The totals with the products of one j, each history being read once."""

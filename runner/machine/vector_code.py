@@ -40,12 +40,19 @@ class VectorCode:
         if isinstance(value, float):
             return self.constant([value] * self.width)
         first = self.builder.insert_element(ir.Constant(self.vector, ir.Undefined), value, ir.IntType(32)(0))
-        return self.builder.shuffle_vector(first, first, self._mask([0] * self.size))
+        return self.doubles(first, first, [0] * self.size)
+
+    def whole(self, number: int) -> Any:
+        """A vector of one whole number, as long as one of doubles."""
+        return ir.Constant(ir.VectorType(INTEGER, self.size), [number] * self.size)
 
     def shuffle(self, a: Any, b: Any, places: Sequence[int]) -> Any:
         """Items of a, and from `width` on of b."""
-        whole = [place * self.lanes + lane for place in places for lane in range(self.lanes)]
-        return self.builder.shuffle_vector(a, b, self._mask(whole))
+        return self.doubles(a, b, [place * self.lanes + lane for place in places for lane in range(self.lanes)])
+
+    def doubles(self, a: Any, b: Any, places: Sequence[int]) -> Any:
+        """These doubles of two vectors, one behind the other."""
+        return self.builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(places)), list(places)))
 
     def beside(self, parts: Sequence[Any]) -> Any:
         """Shorter vectors side by side in one of this width, zeros behind them."""
@@ -53,19 +60,14 @@ class VectorCode:
         while found[0].type != self.vector:
             size = found[0].type.count
             found += [ir.Constant(found[0].type, [0.0] * size)] * (len(found) % 2)
-            mask = ir.Constant(ir.VectorType(ir.IntType(32), 2 * size), list(range(2 * size)))
-            found = [self.builder.shuffle_vector(a, b, mask) for a, b in zip(found[::2], found[1::2], strict=True)]
+            found = [self.doubles(a, b, range(2 * size)) for a, b in zip(found[::2], found[1::2], strict=True)]
         return found[0]
 
     def part(self, value: Any, place: int, shorter: "VectorCode") -> Any:
         """The vector at a place among shorter ones side by side."""
         if shorter.size == self.size:
             return value
-        mask = list(range(place * shorter.size, (place + 1) * shorter.size))
-        return self.builder.shuffle_vector(value, value, ir.Constant(ir.VectorType(ir.IntType(32), len(mask)), mask))
-
-    def _mask(self, places: list[int]) -> Any:
-        return ir.Constant(ir.VectorType(ir.IntType(32), self.size), places)
+        return self.doubles(value, value, range(place * shorter.size, (place + 1) * shorter.size))
 
     def add(self, a: Any, b: Any) -> Any:
         """Give a + b."""
@@ -227,11 +229,7 @@ class VectorCode:
         sine = self.multiply_add(self.multiply(z, rest), self.polynomial(z, _SINE), rest)
         half = self.multiply_add(z, self.splat(-0.5), self.splat(1.0))
         cosine = self.multiply_add(self.multiply(z, z), self.polynomial(z, _COSINE), half)
-        integers = ir.VectorType(INTEGER, self.size)
-
-        def whole(number: int) -> Any:
-            return ir.Constant(integers, [number] * self.size)
-
+        integers, whole = ir.VectorType(INTEGER, self.size), self.whole
         quarter = self.builder.fptosi(turns, integers)
         even = self.builder.icmp_signed("==", self.builder.and_(quarter, whole(1)), whole(0))
         found = []

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from qddot.runner.frame.functions import DenseOutput
 from qddot.runner.frame.space import make_space, project_at_end, row_address, space_layout
 from qddot.runner.machine.compiled import compiled
-from qddot.runner.machine.memory import BY_ADDRESS, LEAN, VIEW, floats, layout, record_at
+from qddot.runner.machine.memory import BY_ADDRESS, LEAN, VIEW, floats, layout, on_cache_line, record_at
 from qddot.runner.machine.series_calls import call_polynomial
 from qddot.runner.machine.series_code import SeriesCode
 from qddot.runner.problem import Problem
@@ -66,12 +66,6 @@ def space_for(
     ):
         space[name] = space["memory"] + 8 * place
     return space, arrays
-
-
-def on_cache_line(size: int) -> NDArray[np.float64]:
-    """An array of zeros that begins on a cache line."""
-    buffer = np.zeros(size + 7)
-    return buffer[-(buffer.ctypes.data // 8) % 8 :][:size]
 
 
 @compiled(**VIEW)
