@@ -14,7 +14,7 @@ Vector = tuple[Any, ...]
 #: A derivative of a quantity of more operations than this is a quantity itself.
 _LONG = 10
 #: Terms of a sum within a product whose derivatives are taken one by one.
-_MANY = 8
+_MANY = 4
 #: What SymEngine makes of a division by zero.
 _NO_NUMBERS = frozenset(("ComplexInfinity", "Infinity", "NegativeInfinity", "NaN"))
 

@@ -78,19 +78,21 @@ class _Hoisting:
 
     def stripped(self, expression: Any) -> Any:
         """The expression with its parameter-only parts named."""
-        if self.renamed and (found := symbols_of(expression) & self.renamed.keys()):
-            expression = expression.subs({symbol: self.renamed[symbol] for symbol in found})
+        found = symbols_of(expression) & self.renamed.keys() if self.renamed else ()
+        return self._stripped(expression.subs({each: self.renamed[each] for each in found}) if found else expression)
+
+    def _stripped(self, expression: Any) -> Any:
         parts, symbols = operands(expression), symbols_of(expression)
         if not parts or symbols.isdisjoint(self.constant):
             return expression
         if symbols <= self.constant and not is_condition(expression):
             return self.named(expression)
-        if not isinstance(expression, se.Mul | se.Add):
-            return rebuild(expression, [self.stripped(part) for part in parts])
+        if not isinstance(expression, (se.Mul, se.Add)):
+            return rebuild(expression, [self._stripped(part) for part in parts])
         build = se.Mul if isinstance(expression, se.Mul) else se.Add
         still = [symbols_of(part) <= self.constant for part in parts]
         fixed, moving = list(compress(parts, still)), list(compress(parts, map(not_, still)))
-        left = [self.stripped(part) for part in moving]
+        left = [self._stripped(part) for part in moving]
         if any(map(symbols_of, fixed)):
             return build(self.named(build(*fixed)), *left)
         same = all(new is old for new, old in zip(left, moving, strict=True))

@@ -136,18 +136,14 @@ def is_square(expression: Any) -> bool:
     return isinstance(power, se.Integer) and abs(int(power)) > 1
 
 
+@remembered
 def split_number(term: Any) -> tuple[Any, Any]:
     """A term as (number, rest): -2*x*y -> (-2, x*y)."""
     if isinstance(term, se.Mul):
-        number = operands(term)[0]
-        return (number, _behind_number(term)) if is_number(number) else (ONE, term)
+        number, *others = operands(term)
+        if is_number(number):
+            return number, one(se.Mul(*others)) if len(others) > 1 else others[0]
     return (term, ONE) if is_number(term) else (ONE, term)
-
-
-@remembered
-def _behind_number(term: Any) -> Any:
-    _, *others = operands(term)
-    return one(se.Mul(*others)) if len(others) > 1 else others[0]
 
 
 def leading_number(term: Any) -> Any:

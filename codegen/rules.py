@@ -81,17 +81,16 @@ def _is_short(expression: Any) -> bool:
     return left >= 0
 
 
-def simplify(kernel: Kernel, changes: Sequence[Change], memo: dict[Any, Any] | None = None) -> Kernel:
-    """Apply local changes, one after the other, to every node from the leaves up, in one walk.
+def simplify(kernel: Kernel, known: Mapping[Any, Any], memo: dict[Any, Any] | None = None) -> Kernel:
+    """Write every node from the leaves up as the constant that is known to have its value, and every sum short.
 
-    memo: what became of nodes that were met before, in kernels that had the same changes.
+    memo: what became of nodes that were met before, in kernels of the same constants.
     """
     memo = {} if memo is None else memo
 
     def change(node: Any) -> Any:
-        for step in changes:
-            node = step(node)
-        return node
+        node = known.get(node, node)
+        return front(collect(pythagoras(flatten(node)))) if isinstance(node, se.Add) else node
 
     return kernel.replace(
         [(symbol, rewrite(expression, change, memo)) for symbol, expression in kernel.temporaries],
@@ -120,7 +119,11 @@ def pythagoras(node: Any) -> Any:
 
 def tidy(expression: Any) -> Any:
     """An expression with sums within sums opened, sin^2 + cos^2 gone and common numbers in front, everywhere in it."""
-    return rewrite(expression, lambda node: front(pythagoras(flatten(node))), {})
+
+    def change(node: Any) -> Any:
+        return front(pythagoras(flatten(node))) if isinstance(node, se.Add) else node
+
+    return rewrite(expression, change, {})
 
 
 def _holds_squared_sine(term: Any) -> bool:

@@ -1,8 +1,9 @@
 """Common subexpressions: what occurs twice is computed once, parts of sums and products included."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Reversible
 from itertools import chain
+from operator import is_
 from typing import Any
 
 import symengine as se
@@ -67,21 +68,20 @@ class _Sharing:
         self.symbols: dict[Any, Any] = {}
         self.values: dict[Any, Any] = {}
         self.given: dict[Any, Any] = {}
+        self.changed: set[Any] = set()
 
     def survey(self, expression: Any) -> None:
         """Note the parts of every sum and product, each once."""
-        waiting = [expression]
+        waiting = [split_number(expression)[1]]
         while waiting:
-            _, node = split_number(waiting.pop())
-            if not operands(node) or node in self.parts:
+            node = waiting.pop()
+            if node in self.parts or not operands(node):
                 continue
             if isinstance(node, se.Add):
                 self.parts[node] = {rest: number for number, rest in map(split_number, operands(node))}
-            elif isinstance(node, se.Mul):
-                self.parts[node] = dict.fromkeys(operands(node), ONE)
             else:
-                self.parts[node] = {}
-            waiting += reversed(list(self.children(node)))
+                self.parts[node] = dict.fromkeys(operands(node), ONE) if isinstance(node, se.Mul) else {}
+            waiting += reversed(self.children(node))
 
     def give(self, expression: Any, symbol: Any) -> None:
         """Let a sum or product be known by a symbol."""
@@ -91,16 +91,12 @@ class _Sharing:
             self.survey(expression)
             self.symbols[node] = self.given[node] = symbol
 
-    def children(self, node: Any) -> Iterator[Any]:
+    def children(self, node: Any) -> Reversible[Any]:
         """What a node is made of; numbers in front stripped."""
-        if node in self.common:
-            yield from self.common[node][1]
-        elif self.parts.get(node):
-            yield from self.parts[node]
-        else:
-            yield from (split_number(part)[1] for part in operands(node))
-            if is_square(node):
-                yield operands(node)[0]
+        if parts := self.common[node][1] if node in self.common else self.parts[node]:
+            return parts
+        found = [split_number(part)[1] for part in operands(node)]
+        return [*found, operands(node)[0]] if is_square(node) else found
 
     def match(self, kind: type) -> None:
         """Name what two or more sums (or products) have in common; sums may have it with opposite signs."""
@@ -110,13 +106,19 @@ class _Sharing:
             for part in self.parts[node]:
                 holders.setdefault(part, {})[i] = None
         for i, node in enumerate(nodes):
-            met = (holders.get(part, ()) for part in self.parts[node])
-            *few, many = sorted((others for others in met if len(others) > 1), key=len) or [{}]
-            meetings = dict[int, int]()  # who meets in two parts meets in one of these
-            for j in chain.from_iterable(few):
-                meetings[j] = meetings.get(j, 0) + 1
-            counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
-            for _, j in sorted((-count, j) for count, j in counts if count > 1):
+            met = [others for part in self.parts[node] if len(others := holders.get(part, ())) > 1]
+            if len(met) < 2:
+                continue
+            *few, many = sorted(met, key=len)
+            if len(few) == 1:
+                others = sorted(j for j in few[0].keys() & many.keys() if j > i)
+            else:
+                meetings = dict[int, int]()  # who meets in two parts meets in one of these
+                for j in chain.from_iterable(few):
+                    meetings[j] = meetings.get(j, 0) + 1
+                counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
+                others = [j for _, j in sorted((-count, j) for count, j in counts if count > 1)]
+            for j in others:
                 self._join(kind, nodes, holders, i, j)
 
     def _join(self, kind: type, nodes: list[Any], holders: dict[Any, dict[int, None]], i: int, j: int) -> None:
@@ -138,6 +140,7 @@ class _Sharing:
             sign = self._sign(found, self.parts[nodes[k]]) if k >= i + whole and nodes[k] not in self.given else 0
             if sign and not (kind is se.Mul and symbol in self.parts[nodes[k]]):
                 self._take(self.parts[nodes[k]], found, symbol, sign)
+                self.changed.add(nodes[k])
                 if symbol in self.parts[nodes[k]]:  # it may have cancelled
                     holders.setdefault(symbol, {})[k] = None
                 else:
@@ -164,21 +167,18 @@ class _Sharing:
 
     def count(self, expressions: tuple[Any, ...]) -> None:
         """Count how often each node is referred to."""
-        stack = [split_number(expression)[1] for expression in reversed(expressions)]
-        seen: set[Any] = set()
-        while stack:
-            node = stack.pop()
+        references = [split_number(expression)[1] for expression in expressions]
+        for node in references:
             self.uses[node] += 1
-            if node not in seen and (operands(node) or node in self.common):
-                seen.add(node)
-                stack.extend(self.children(node))
+            if self.uses[node] == 1 and (node in self.parts or node in self.common):
+                references.extend(self.children(node))
 
     def emit(self, expression: Any, out: list[Assignment], wish: Any = None) -> Any:
         """An expression in terms of temporaries; those not yet assigned are appended to `out`."""
         number, node = split_number(expression)
         if node in self.symbols:
             return _times(number, self.symbols[node])
-        if not operands(node) and node not in self.common:
+        if node not in self.parts and node not in self.common:
             return expression
         value = self._build(node, out)
         if value in self.values:
@@ -204,7 +204,10 @@ class _Sharing:
     def _build(self, node: Any, out: list[Assignment]) -> Any:
         kind, parts = self.common.get(node) or (type(node), self.parts.get(node))
         if parts:
-            terms = [_times(number, self.emit(part, out)) for part, number in parts.items()]
+            values = [self.emit(part, out) for part in parts]
+            if node not in self.common and node not in self.changed and all(map(is_, values, parts)):
+                return node
+            terms = list(map(_times, parts.values(), values))
             return se.Mul(*terms) if issubclass(kind, se.Mul) else se.Add(*terms)
         return rebuild(node, [part if is_number(part) else self.emit(part, out) for part in operands(node)])
 

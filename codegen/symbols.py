@@ -16,8 +16,16 @@ _BEHIND = "____"
 _COUNTS = re.compile(r"[0-9]{3}")
 
 
-class _Spread(se.Symbol):  # type: ignore[misc]
-    """A symbol that SymEngine knows by a longer name. SymEngine keeps the object itself, and never lets go of it."""
+class _Kept(se.Symbol):  # type: ignore[misc]
+    """A symbol of which SymEngine keeps the object itself, and never lets go of it.
+
+    Of others it makes a new object each time that it says what a node is made of, to be compared with those there are:
+    to look at a product takes more than twice as long.
+    """
+
+
+class _Spread(_Kept):
+    """A symbol that SymEngine knows by a longer name."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name + _BEHIND)
@@ -29,13 +37,9 @@ class _Spread(se.Symbol):  # type: ignore[misc]
 
 
 @cache
-def _spread(name: str) -> Any:
-    return _Spread(name)
-
-
 def named(name: str) -> Any:
     """The symbol of a name: all symbols come from here, as one that SymEngine makes of the name may be another."""
-    return _spread(name) if _COUNTS.search(name) else se.Symbol(name)
+    return _Spread(name) if _COUNTS.search(name) else _Kept(name)
 
 
 def with_symbols(expression: Any) -> Any:
