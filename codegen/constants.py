@@ -35,7 +35,7 @@ def hoist(
     hoisting = _Hoisting(set(parameters), names, known)
     kept: list[Assignment] = []
     for symbol, expression in kernel.temporaries:
-        if symbols_of(expression) <= hoisting.constant | hoisting.renamed.keys():
+        if symbols_of(expression) <= hoisting.constant:
             hoisting.move(symbol, expression)
         else:
             kept.append((symbol, hoisting.stripped(expression)))
@@ -45,6 +45,8 @@ def hoist(
 
 
 class _Hoisting:
+    """One pass over a kernel. constant: symbols that are. renamed: those that only this kernel knows -> what all do."""
+
     def __init__(self, constant: set[Any], names: Names, known: Iterable[Assignment]) -> None:
         self.constant = constant
         self.names = names
@@ -54,11 +56,16 @@ class _Hoisting:
 
     def move(self, symbol: Any, expression: Any) -> None:
         """Make a temporary a constant; a name that only this kernel knows is exchanged for one known to all."""
-        value = expression.subs(self.renamed)
         if symbol in self.names:
-            self.assign(symbol, value)
+            self.assign(symbol, self.settled(expression))
         else:
-            self.renamed[symbol] = self.named(value)
+            self.renamed[symbol] = self.named(expression)
+            self.constant.add(symbol)
+
+    def settled(self, expression: Any) -> Any:
+        """A parameter-only expression in symbols that all know."""
+        found = {symbol: self.renamed[symbol] for symbol in symbols_of(expression) if symbol in self.renamed}
+        return expression.subs(found) if found else expression
 
     def assign(self, symbol: Any, expression: Any) -> None:
         self.assignments.append((symbol, expression))
@@ -67,32 +74,29 @@ class _Hoisting:
 
     def named(self, expression: Any) -> Any:
         """The constant with this value; a sign stays outside."""
-        number, _ = split_number(expression)
-        if number < 0:
-            return -self.named(-expression)
-        if not operands(expression):
-            return expression
-        if expression not in self.known:
-            self.assign(self.names.fresh(telling(expression) or "constant_"), expression)
-        return self.known[expression]
+        value = self.settled(expression)
+        number, _ = split_number(value)
+        if number.is_negative:
+            return -self.named(-value)
+        if not operands(value):
+            return value
+        if value not in self.known:
+            self.assign(self.names.fresh(telling(value) or "constant_"), value)
+        return self.known[value]
 
     def stripped(self, expression: Any) -> Any:
         """The expression with its parameter-only parts named."""
-        found = symbols_of(expression) & self.renamed.keys() if self.renamed else ()
-        return self._stripped(expression.subs({each: self.renamed[each] for each in found}) if found else expression)
-
-    def _stripped(self, expression: Any) -> Any:
         parts, symbols = operands(expression), symbols_of(expression)
-        if not parts or symbols.isdisjoint(self.constant):
+        if symbols.isdisjoint(self.constant):
             return expression
         if symbols <= self.constant and not is_condition(expression):
             return self.named(expression)
         if not isinstance(expression, (se.Mul, se.Add)):
-            return rebuild(expression, [self._stripped(part) for part in parts])
+            return rebuild(expression, [self.stripped(part) for part in parts])
         build = se.Mul if isinstance(expression, se.Mul) else se.Add
         still = [symbols_of(part) <= self.constant for part in parts]
         fixed, moving = list(compress(parts, still)), list(compress(parts, map(not_, still)))
-        left = [self._stripped(part) for part in moving]
+        left = [self.stripped(part) for part in moving]
         if any(map(symbols_of, fixed)):
             return build(self.named(build(*fixed)), *left)
         same = all(new is old for new, old in zip(left, moving, strict=True))

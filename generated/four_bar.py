@@ -192,8 +192,8 @@ def constants(parameters, constants):
     half_l_1_times_l_2_times_m_2 = 0.5 * l_1 * l_2_times_m_2
     third_l_2_squared_times_m_2 = 0.3333333333333333 * m_2 * l_2 * l_2
     third_l_3_squared_times_m_3 = 0.3333333333333333 * m_3 * l_3 * l_3
-    constant_2 = g * (0.5 * m_1 + m_2)
     half_l_2_times_m_2 = 0.5 * l_2_times_m_2
+    constant_2 = g * (0.5 * m_1 + m_2)
     half_g_times_m_3 = 0.5 * g * m_3
     l_1_squared = l_1 * l_1
     constant_3 = l_1_squared * (0.25 * m_1 + m_2)
