@@ -16,23 +16,20 @@ T = TypeVar("T")
 _NOTHING: frozenset[Any] = frozenset()
 
 
-class _Known(dict[Any, T]):
-    """Node -> what a function gives for it; functools.cache takes twice as long to look a node up."""
-
-    def __init__(self, function: Callable[[Any], T]) -> None:
-        self._function = function
-
-    def __missing__(self, node: Any) -> T:
-        found = self[node] = self._function(node)
-        return found
-
-
-_KEPT: list[_Known[Any]] = []
+_KEPT: list[dict[Any, Any]] = []
 
 
 def remembered(function: Callable[[Any], T]) -> Callable[[Any], T]:
     """A function of a node that is computed once for each, until the next `forget`."""
-    known = _Known(function)
+
+    class Known(dict[Any, T]):
+        """Node -> what it gives; functools.cache takes twice as long to look a node up."""
+
+        def __missing__(self, node: Any) -> T:
+            found = self[node] = function(node)
+            return found
+
+    known = Known()
     _KEPT.append(known)
     return known.__getitem__
 
