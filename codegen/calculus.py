@@ -6,7 +6,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.convert import arguments, looked_up, slope
-from qddot.codegen.nodes import holds, operands, symbols_of
+from qddot.codegen.nodes import holding, holds_choice, operands, symbols_of
 from qddot.codegen.rewrite import ZERO, Names, operations, replaced, rewrite
 
 Vector = tuple[Any, ...]
@@ -17,6 +17,8 @@ _LONG = 10
 _MANY = 4
 #: What SymEngine makes of a division by zero.
 _NO_NUMBERS = frozenset(("ComplexInfinity", "Infinity", "NegativeInfinity", "NaN"))
+#: What SymEngine does not differentiate by itself, or not as it should.
+_is_rough = holding(se.Piecewise, se.FunctionSymbol)
 
 
 class Definitions:
@@ -67,13 +69,19 @@ class Definitions:
         wanted = variables if isinstance(variables, Set) else set(variables)
         parts: dict[Any, list[Any]] = {}
         for term in terms(expression):
-            symbols = {symbol: self._reach.get(symbol, {symbol}) & wanted for symbol in symbols_of(term)}
-            for symbol, outer in self._derivatives(term, [symbol for symbol, reached in symbols.items() if reached]):
-                for variable in symbols[symbol]:
+            reached = {symbol: found for symbol in symbols_of(term) if (found := self._reached(symbol, wanted))}
+            for symbol, outer in self._derivatives(term, reached):
+                for variable in reached[symbol]:
                     inner = self._slope(symbol, variable)
                     parts.setdefault(variable, []).append(outer if inner is None else outer * inner)
         sums = {variable: se.Add(*found) for variable, found in parts.items()}
         return {variable: total for variable, total in sums.items() if total != ZERO}
+
+    def _reached(self, symbol: Any, wanted: Set[Any]) -> Iterable[Any]:
+        """Which of the wanted base symbols a symbol depends on."""
+        if symbol in self._reach:
+            return self._reach[symbol] & wanted
+        return (symbol,) if symbol in wanted else ()
 
     def substitute(self, expressions: Iterable[Any], values: Mapping[Any, Any]) -> list[Any] | None:
         """Expressions with base symbols replaced, inside the quantities they use too; None where one has no value."""
@@ -101,7 +109,7 @@ class Definitions:
         """Partial derivatives by symbols; of a product with a long sum by way of the derivatives of its terms."""
         factors = operands(term) if isinstance(term, se.Mul) else ()
         long = [part for part in factors if isinstance(part, se.Add)]
-        if len(long) != 1 or len(operands(long[0])) < _MANY or holds(term, se.Piecewise, se.FunctionSymbol):
+        if len(long) != 1 or len(operands(long[0])) < _MANY or _is_rough(term):
             yield from ((symbol, self._derivative(term, symbol)) for symbol in symbols)
             return
         total, rest = long[0], se.Mul(*(part for part in factors if part is not long[0]))
@@ -124,7 +132,7 @@ class Definitions:
 
     def _derivative(self, expression: Any, symbol: Any) -> Any:
         """The partial derivative; of tables by the chain rule, each of their derivatives a function of its own."""
-        if not holds(expression, se.FunctionSymbol, se.Piecewise):
+        if not _is_rough(expression):
             return expression.diff(symbol)
         calls = _outermost_calls(expression)
         if not calls:
@@ -170,7 +178,7 @@ def _is_finite(expression: Any) -> bool:
 
 def settled(expression: Any) -> Any:
     """The same, each Piecewise whose branches are all of one value written as that value."""
-    return rewrite(expression, _one_value, {}) if holds(expression, se.Piecewise) else expression
+    return rewrite(expression, _one_value, {}) if holds_choice(expression) else expression
 
 
 def _one_value(node: Any) -> Any:

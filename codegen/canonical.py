@@ -8,10 +8,13 @@ import symengine as se
 import symengine.lib.symengine_wrapper as wrapper
 
 from qddot.codegen.identities import Polynomial, polynomial, spread
-from qddot.codegen.nodes import holds, operands
+from qddot.codegen.nodes import holding, operands
 from qddot.codegen.rewrite import fraction, rewrite, split_number
 
-_NOT_REAL = (wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex)
+_holds_unreal = holding(
+    wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex
+)
+_holds_floating = holding(se.RealDouble)
 
 #: An expression that would open to more terms is refused.
 _MOST_TERMS = 20000
@@ -47,9 +50,9 @@ def _expanded(expression: Any) -> Any:
 
 def _exact(expression: Any) -> Any:
     """An expression with decimals in place of floating-point numbers; AlgebraError for what is no real number."""
-    if holds(expression, *_NOT_REAL):
+    if _holds_unreal(expression):
         raise AlgebraError("an expression divides by zero or takes the root of a negative number")
-    if not holds(expression, se.RealDouble):
+    if not _holds_floating(expression):
         return expression
     found = set(_nodes(expression))
     floats = {node: exact(fraction(node)) for node in found if isinstance(node, se.RealDouble)}

@@ -12,7 +12,7 @@ import symengine as se
 
 from qddot.codegen.calculus import Definitions
 from qddot.codegen.convert import held, is_held, looked_up
-from qddot.codegen.nodes import holds, operands
+from qddot.codegen.nodes import holds_choice, holds_table, operands
 from qddot.codegen.rewrite import Names, inequalities, replaced, rewrite
 from qddot.model.table import knots_of
 
@@ -41,11 +41,11 @@ class Modes:
 
     def __call__(self, expression: Any) -> Any:
         """The same expression, its conditions in the state and its tables of the state with their modes."""
-        if holds(expression, se.Piecewise):
+        if holds_choice(expression):
             nodes = (node for node in inequalities(expression) if self._moves(operands(node)[1] - operands(node)[0]))
             found = {node: self._with_mode(node) for node in nodes}
             expression = replaced(expression, found) if found else expression
-        return rewrite(expression, self._held, {}) if holds(expression, se.FunctionSymbol) else expression
+        return rewrite(expression, self._held, {}) if holds_table(expression) else expression
 
     def _moves(self, expression: Any) -> bool:
         return not self._definitions.base_symbols(expression) <= self._fixed

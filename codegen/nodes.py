@@ -68,14 +68,18 @@ def symbols_of(node: Any) -> frozenset[Any]:
     return _NOTHING.union(*map(symbols_of, inside))
 
 
-def holds(node: Any, *kinds: type) -> bool:
-    """Whether an expression is of one of these kinds, or holds a node that is."""
-    return any(issubclass(kind, kinds) for kind in _kinds_of(node))
+def holding(*kinds: type) -> Callable[[Any], bool]:
+    """Give what says whether an expression is of one of these kinds, or holds a node that is."""
+
+    @remembered
+    def holds(node: Any) -> bool:
+        return isinstance(node, kinds) or any(map(holds, operands(node)))
+
+    return holds
 
 
-@remembered
-def _kinds_of(node: Any) -> frozenset[type]:
-    return frozenset((type(node),)).union(*map(_kinds_of, operands(node)))
+#: Choices between values, and what is looked up in tables.
+holds_choice, holds_table = holding(se.Piecewise), holding(se.FunctionSymbol)
 
 
 def reached(nodes: Iterable[Any], definitions: Mapping[Any, Any], but: Container[Any] = frozenset()) -> set[Any]:

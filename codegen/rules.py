@@ -8,7 +8,7 @@ import symengine as se
 
 from qddot.codegen.identities import polynomial, total, without_squares
 from qddot.codegen.kernel import Assignment, Kernel
-from qddot.codegen.nodes import operands, symbols_of
+from qddot.codegen.nodes import operands, remembered, symbols_of
 from qddot.codegen.rewrite import (
     ONE,
     content,
@@ -71,6 +71,7 @@ def inline(
     return kernel.replace(kept, [(slot, settle(expression)) for slot, expression in kernel.writes])
 
 
+@remembered
 def _is_short(expression: Any) -> bool:
     """Whether an expression is of few operations; a long one is not looked through to its end."""
     left, waiting = _SHORT, [expression]

@@ -176,15 +176,19 @@ class _Sharing:
     def emit(self, expression: Any, out: list[Assignment], wish: Any = None) -> Any:
         """An expression in terms of temporaries; those not yet assigned are appended to `out`."""
         number, node = split_number(expression)
+        return _times(number, self._emit(node, out, wish if is_one(number) else None))
+
+    def _emit(self, node: Any, out: list[Assignment], wish: Any = None) -> Any:
+        """The same of a node without a number in front. wish: what is about to be assigned, which serves as a name."""
         if node in self.symbols:
-            return _times(number, self.symbols[node])
+            return self.symbols[node]
         if node not in self.parts and node not in self.common:
-            return expression
+            return node
         value = self._build(node, out)
         if value in self.values:
-            return _times(number, self.values[value])
-        if wish is not None and is_one(number):
-            self._name(node, value, wish)  # the temporary that is being assigned serves as the name
+            return self.values[value]
+        if wish is not None:
+            self._name(node, value, wish)
             return value
         sign = ONE
         if isinstance(value, se.Add) and all(leading_number(term).is_negative for term in operands(value)):
@@ -194,7 +198,7 @@ class _Sharing:
             out.append((symbol, value))
             self._name(node, value, symbol)
             self.symbols[node], value = _times(sign, symbol), symbol
-        return _times(sign, _times(number, value))
+        return _times(sign, value)
 
     def _name(self, node: Any, value: Any, symbol: Any) -> None:
         self.symbols[node] = self.values[value] = symbol
@@ -204,7 +208,7 @@ class _Sharing:
     def _build(self, node: Any, out: list[Assignment]) -> Any:
         kind, parts = self.common.get(node) or (type(node), self.parts.get(node))
         if parts:
-            values = [self.emit(part, out) for part in parts]
+            values = [self._emit(part, out) for part in parts]
             if node not in self.common and node not in self.changed and all(map(is_, values, parts)):
                 return node
             terms = list(map(_times, parts.values(), values))

@@ -10,7 +10,7 @@ from typing import Any
 import symengine as se
 
 from qddot.codegen.calculus import Definitions
-from qddot.codegen.nodes import holds, operands, symbols_of
+from qddot.codegen.nodes import holds_choice, operands, symbols_of
 from qddot.codegen.rewrite import Names, inequalities, replaced
 
 _HALF = se.Rational(1, 2)
@@ -34,7 +34,7 @@ class Switches:
 
     def __call__(self, expression: Any) -> Any:
         """The same expression with its conditions in time by their sides."""
-        if not holds(expression, se.Piecewise):
+        if not holds_choice(expression):
             return expression
         found = {node: self._by_side(node) for node in inequalities(expression) if self._is_timed(node)}
         return replaced(expression, found) if found else expression
