@@ -17,7 +17,7 @@ from qddot.codegen.nodes import forget
 from qddot.codegen.program import Program, UnevenError, check_even, laid_out
 from qddot.codegen.ranges import kind, numbers
 from qddot.codegen.rewrite import Names
-from qddot.codegen.rules import inline, prune, simplify, with_constants
+from qddot.codegen.rules import inline, prune, shorter, simplify, with_constants
 from qddot.codegen.sharing import share
 from qddot.codegen.skeleton import reserved, taken
 from qddot.codegen.zeros import Point, without_zeros
@@ -208,6 +208,6 @@ def optimize(
     kernel = inline(prune(kernel), author, apart=apart)
     if (fewer := without_zeros(kernel, point)) is not kernel:
         kernel = inline(prune(fewer), author, apart=apart)
-    kernel = simplify(kernel, known, memo)
+    kernel = simplify(kernel, (lambda node: known.get(node, node), shorter), memo)
     kernel = inline(share(kernel, names, known), author, apart=apart)
     return prune(with_constants(kernel, known)).checked()

@@ -82,21 +82,27 @@ def _is_short(expression: Any) -> bool:
     return left >= 0
 
 
-def simplify(kernel: Kernel, known: Mapping[Any, Any], memo: dict[Any, Any] | None = None) -> Kernel:
-    """Write every node from the leaves up as the constant that is known to have its value, and every sum short.
+def simplify(kernel: Kernel, changes: Sequence[Change], memo: dict[Any, Any] | None = None) -> Kernel:
+    """Apply local changes, one after the other, to every node from the leaves up, in one walk.
 
-    memo: what became of nodes that were met before, in kernels of the same constants.
+    memo: what became of nodes that were met before, in kernels that had the same changes.
     """
     memo = {} if memo is None else memo
 
     def change(node: Any) -> Any:
-        node = known.get(node, node)
-        return front(collect(pythagoras(flatten(node)))) if isinstance(node, se.Add) else node
+        for step in changes:
+            node = step(node)
+        return node
 
     return kernel.replace(
         [(symbol, rewrite(expression, change, memo)) for symbol, expression in kernel.temporaries],
         [(slot, rewrite(expression, change, memo)) for slot, expression in kernel.writes],
     )
+
+
+def shorter(node: Any) -> Any:
+    """A sum after the changes that follow here, one after the other; what is none is not asked four times."""
+    return front(collect(pythagoras(flatten(node)))) if isinstance(node, se.Add) else node
 
 
 def flatten(node: Any) -> Any:

@@ -106,20 +106,21 @@ class _Sharing:
             for part in self.parts[node]:
                 holders.setdefault(part, {})[i] = None
         for i, node in enumerate(nodes):
-            met = [others for part in self.parts[node] if len(others := holders.get(part, ())) > 1]
-            if len(met) < 2:
-                continue
-            *few, many = sorted(met, key=len)
-            if len(few) == 1:
-                others = sorted(j for j in few[0].keys() & many.keys() if j > i)
-            else:
-                meetings = dict[int, int]()  # who meets in two parts meets in one of these
-                for j in chain.from_iterable(few):
-                    meetings[j] = meetings.get(j, 0) + 1
-                counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
-                others = [j for _, j in sorted((-count, j) for count, j in counts if count > 1)]
-            for j in others:
+            met = [others for others in map(holders.__getitem__, self.parts[node]) if len(others) > 1]
+            for j in self._companions(i, met) if len(met) > 1 else ():
                 self._join(kind, nodes, holders, i, j)
+
+    @staticmethod
+    def _companions(i: int, met: list[dict[int, None]]) -> list[int]:
+        """Who behind i is met in two or more parts, most often first. met: who holds each part."""
+        *few, many = sorted(met, key=len)  # who meets in two parts meets in one of the few
+        if len(few) == 1:
+            return sorted(j for j in few[0].keys() & many.keys() if j > i)
+        meetings = dict[int, int]()
+        for j in chain.from_iterable(few):
+            meetings[j] = meetings.get(j, 0) + 1
+        counts = ((count + (j in many), j) for j, count in meetings.items() if j > i)
+        return [j for _, j in sorted((-count, j) for count, j in counts if count > 1)]
 
     def _join(self, kind: type, nodes: list[Any], holders: dict[Any, dict[int, None]], i: int, j: int) -> None:
         """Give what two nodes share a symbol, in all nodes from these on that hold it."""
