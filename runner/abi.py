@@ -35,9 +35,10 @@ A matrix is written as a dense run of its entries, row by row; the module says o
 kernel's name: of each row the columns, JACOBIAN = ((1,), (0, 1)). Other entries are zero. `matrices` puts them there.
 A model is LINEAR where both Jacobians are constant during a run: dx = J x + B u + rhs(0, 0, 0, c).
 
-The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`machine.stage`); as
-LANE_KERNEL for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
-(`lanes.kernel`). Kernels therefore read and write their arguments item by item.
+The text of `rhs` is compiled in several forms: for arrays, as above; for the state of a stage (`machine.stage`); and
+for LANES runs at once, entry i of run l at [i * LANES + l], the arguments pointers that do not overlap
+(`lanes.kernel`). There it may advance states along the slopes that it finds, too: (t, x, u, c, dx, base, target, h, w)
+with target = base + w h dx. Kernels therefore read and write their arguments item by item.
 
 u is the place of all that is given from outside while a step lasts: inputs; for each condition in t and parameters
 alone its side, 1 where its switching function is positive, else 0, a signal that steps where `runner.switching` finds
@@ -89,3 +90,8 @@ EDITION = 2
 LANES = 8
 POINTER = types.CPointer(types.float64)
 LANE_KERNEL = types.void(POINTER, POINTER, POINTER, POINTER, POINTER)
+#: The forms of a right-hand side in lanes.
+LANE_KERNELS = {
+    "rhs": LANE_KERNEL,
+    "advance": types.void(*LANE_KERNEL.args, POINTER, POINTER, POINTER, types.float64),
+}

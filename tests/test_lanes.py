@@ -8,13 +8,17 @@ import pytest
 from commands import command
 from lane_assembly import FEATURES, PACKED, SCALAR, fresh, needs_avx
 from models import MODELS
-from numba import types
+from numba import njit, types
 
 import qddot
+from qddot.model import chain
 from qddot.runner import abi
-from qddot.runner.lanes.kernel import lane_rhs
+from qddot.runner.lanes.kernel import form_of, lane_rhs
 from qddot.runner.lanes.vectors import combine, conclude, estimate_errors
 from qddot.runner.lanes.way import IN_LANES
+from qddot.runner.machine.calls import call_advance, call_lanes
+from qddot.runner.machine.memory import on_cache_line
+from qddot.runner.machine.pointers import pointer
 from qddot.runner.methods import METHODS
 from qddot.runner.problem import Status
 
@@ -274,10 +278,45 @@ def test_sines_of_one_frequency_and_of_others_stand_side_by_side(m113_model, met
             np.testing.assert_allclose(batch.samples[run], expected, rtol=1e-9)
 
 
+@njit
+def _by_both(rhs, advancing, given, slopes, base, target, h, weight):
+    call_lanes(rhs, *given, slopes[0])
+    call_advance(advancing, *given, slopes[1], base, target, h, weight)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_kernel_that_advances_finds_the_same_slopes_and_goes_along_them(name):
+    model, weight = qddot.load(name), 0.375
+    rng = np.random.default_rng(8)
+    n, channels = len(model.state_names), max(1, len(model.tables.inputs))
+    t, h = rng.uniform(0.1, 1.0, (2, 1, abi.LANES))
+    x, base = rng.uniform(-0.3, 0.3, (2, n, abi.LANES))
+    u = rng.uniform(-0.1, 0.1, (channels, abi.LANES))
+    c = np.repeat(model.constants(model.parameter_values())[:, None], abi.LANES, axis=1)
+    t, h, x, base, u, c, slopes, same, target = (
+        on_rows(each) for each in (t, h, x, base, u, c, np.zeros_like(x), np.zeros_like(x), np.zeros_like(x))
+    )
+    kernels = tuple(pointer(lane_rhs(model, form), kind, form) for form, kind in abi.LANE_KERNELS.items())
+    given = tuple(each.ctypes.data for each in (t, x, u, c))
+    both = slopes.ctypes.data, same.ctypes.data
+    _by_both(*kernels, given, both, base.ctypes.data, target.ctypes.data, h.ctypes.data, weight)
+    np.testing.assert_allclose(same, slopes, rtol=1e-14)
+    np.testing.assert_allclose(target, base + weight * h * slopes, rtol=1e-13, atol=1e-15)
+    assert np.abs(slopes).max() > 0
+
+
+def on_rows(values):
+    """A copy on a cache line, as compiled lanes want their rows."""
+    copied = on_cache_line(values.size).reshape(values.shape)
+    copied[:] = values
+    return copied
+
+
 @needs_avx
 @pytest.mark.parametrize("name", MODELS)
-def test_the_lane_kernel_is_vectors_throughout(name):
-    assembly = fresh(lane_rhs(qddot.load(name)).py_func, abi.LANE_KERNEL)
+@pytest.mark.parametrize("form", abi.LANE_KERNELS)
+def test_the_lane_kernel_is_vectors_throughout(name, form):
+    assembly = fresh(lane_rhs(qddot.load(name), form).py_func, abi.LANE_KERNELS[form])
     assert re.search(PACKED, assembly)
     assert not re.search(SCALAR, assembly)
     assert not re.search(r"\bcall", assembly)
@@ -286,11 +325,35 @@ def test_the_lane_kernel_is_vectors_throughout(name):
 
 
 @needs_avx
+@pytest.mark.parametrize("form", abi.LANE_KERNELS)
+def test_the_lane_kernel_of_a_hundred_masses_is_vectors_throughout(form, tmp_path):
+    """LLVM gives up on loops of many loads and stores where nobody tells it not to."""
+    model = qddot.load(qddot.generate(chain.system(100), tmp_path))
+    assembly = fresh(lane_rhs(model, form).py_func, abi.LANE_KERNELS[form])
+    assert re.search(PACKED, assembly)
+    assert not re.search(SCALAR, assembly)
+
+
+@pytest.mark.parametrize("masses", [60, 70])
+@pytest.mark.parametrize("method", [name for name in IN_LANES if METHODS[name].family == "fixed"])
+def test_runs_of_large_models_equal_those_alone(method, masses, tmp_path):
+    """The larger one does not advance its states by itself."""
+    model = qddot.load(qddot.generate(chain.system(masses), tmp_path))
+    assert (form_of(model, METHODS[method]) == "advance") is (masses == 60)
+    starts = np.random.default_rng(5).uniform(-0.3, 0.3, (11, 2 * masses))
+    batch = qddot.simulate_batch(model, (0, 0.2), method=method, step=1e-3, initial=starts)
+    assert batch.in_lanes
+    for run in (0, 7, 10):
+        solution = qddot.simulate(model, (0, 0.2), method=method, step=1e-3, initial=starts[run])
+        np.testing.assert_allclose(batch.final[run], solution.states[-1], rtol=1e-10, atol=1e-12)
+
+
+@needs_avx
 def test_the_sums_of_a_step_are_vectors_throughout():
     def sums(n, row, h, now, slopes, new, atol, sizes):
         combine("dop853", row, n, h, now, slopes, new)
         estimate_errors("dop853", n, h, now, new, slopes, atol, 1e-6, 1e100, sizes)
-        conclude("rk4", n, h, now, slopes, new, sizes)
+        conclude("rk4", n, h, slopes, new, sizes)
 
     assembly = fresh(sums, types.void(*[types.int64] * 8))
     assert len(re.findall(PACKED, assembly)) > 100
@@ -305,7 +368,7 @@ def test_a_model_that_calls_a_function_without_vectors_runs_alone_with_the_same_
         "names": ["pitch"],
     }
     lanes = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
-    monkeypatch.setattr("qddot.runner.lanes.way.lane_rhs", lambda model: None)
+    monkeypatch.setattr("qddot.runner.lanes.way.lane_rhs", lambda model, form: None)
     lone = qddot.simulate_batch(m113_model, (0, 0.05), inputs={"F": 50.0}, **settings)
     assert lanes.in_lanes
     assert not lone.in_lanes

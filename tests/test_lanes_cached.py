@@ -30,8 +30,9 @@ for method in ("rk4", "dop853", "taylor", "exact"):
     given = {"inputs": {"z_r": road}, "output_times": 3, "names": ["z_s"], **step}
     qddot.simulate_batch(model, (0, 0.1), method=method, runs=9, **given)
 pair = find_method("dop853").pair
-in_lanes = (fixed.compiled_loop("rk4", 4), adaptive.compiled_loop("dop853", pair.dense.stages, pair.next_slope))
-loops = (*in_lanes, taylor.compiled_loop(), _compiled_runs())
+by_steps = fixed.compiled_loop("rk4", 4, "advance")
+adaptively = adaptive.compiled_loop("dop853", pair.dense.stages, pair.next_slope)
+loops = (by_steps, adaptively, taylor.compiled_loop(), _compiled_runs())
 print([sum(loop.stats.cache_hits.values()) for loop in loops], names)
 """
 

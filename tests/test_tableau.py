@@ -85,6 +85,22 @@ def test_first_same_as_last_is_derived_from_the_coefficients():
     assert not any(page.first_same_as_last for page in PAGES)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_each_slope_has_its_weight_in_the_stage_behind_it_and_the_last_in_the_step(page):
+    *behind, last = page.along
+    assert last == page.b[-1]
+    assert behind == [page.A[i + 1, i] for i in range(page.stages - 1)]
+
+
+def test_a_tableau_whose_stages_lean_on_earlier_slopes_says_so():
+    third = 1 / 3  # the 3/8-rule, HNW table II.1.2
+    rule = rk4_with(
+        name="3/8", c=[0, third, 2 * third, 1], A=[[], [third], [-third, 1], [1, -1, 1]], b=np.array([1, 3, 3, 1]) / 8
+    )
+    with pytest.raises(ValueError, match="3/8: a stage leans on more slopes than the last"):
+        _ = rule.along
+
+
 def test_methods_are_found_by_name():
     assert find_method("rk4").tableau is RK4
     assert [METHODS[name].stages for name in ("euler", "heun", "midpoint", "rk4")] == [1, 2, 2, 4]

@@ -11,7 +11,6 @@ from qddot.runner.checks import positive, shown, unknown, whole
 from qddot.runner.exact.batch import propagate_batch
 from qddot.runner.keywords import BatchKeywords
 from qddot.runner.lanes.choice import chosen
-from qddot.runner.lanes.kernel import lane_rhs
 from qddot.runner.lanes.result import Batch
 from qddot.runner.lanes.scalar import run_one_by_one
 from qddot.runner.lanes.task import Task, make_task
@@ -114,8 +113,7 @@ def _compute(
         limit = task.options.divergence_limit
         propagate_batch(task.model, arrays, limit=limit, threads=threads, progress=progress, time_limit=time_limit)
     elif engine == "lanes":
-        kernel = None if task.method.family == "taylor" else lane_rhs(task.model)
-        run_in_lanes(task, kernel, threads, progress, time_limit)
+        run_in_lanes(task, threads, progress, time_limit)
     else:
         run_one_by_one(task, progress, time_limit)
     return reason

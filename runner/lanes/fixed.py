@@ -2,6 +2,10 @@
 
 The plan of a step is made for all lanes at once; lanes whose step ends at a breakpoint, a sample or the end of the run
 are looked at one by one. What a lane does is what `explicit.march` does with its run alone.
+
+Methods of constant step start each stage along the last slope alone, so the right-hand side writes the next stage while
+its slopes are in registers: what is loaded and stored is what a step costs. That of a large model does not, it would
+take twice as long to compile.
 """
 
 from functools import cache
@@ -17,8 +21,8 @@ from qddot.runner.lanes.lane import lane_of
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, LANES, PACK_TYPE, SIZE, H
 from qddot.runner.lanes.runs import all_idle
 from qddot.runner.lanes.values import ROW
-from qddot.runner.lanes.vectors import combine, conclude
-from qddot.runner.machine.calls import call_lanes, doubles
+from qddot.runner.lanes.vectors import conclude, go_along
+from qddot.runner.machine.calls import call_advance, call_lanes, doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.lane_loop import lane_loop
 from qddot.runner.machine.memory import floats
@@ -53,13 +57,17 @@ def end_steps(rows, limit):
 
 
 @cache
-def compiled_loop(method: str, stages: int) -> Any:
-    """The compiled loop of a method for a batch, a pack and the addresses of c and of a number of steps."""
-    count = np.int64(stages)  # see `landing`: a literal int would compile what it is handed to anew
+def compiled_loop(method: str, stages: int, form: str) -> Any:
+    """The compiled loop of a method for a batch, a pack, the addresses of c and of `along`, and a number of steps.
 
-    def loop(batch, pack, c_address, most_steps):
-        rows, c = doubles(pack.control), floats(c_address, count)
-        h, limit = pack.control + ROW * H, min(batch.limit * batch.limit, 1e300)
+    form: of the right-hand side, see `abi`. along: the weight of each slope in the next stage, of the last in the step.
+    """
+    count = np.int64(stages)  # see `landing`: a literal int would compile what it is handed to anew
+    by_itself = form == "advance"
+
+    def loop(batch, pack, c_address, along_address, most_steps):
+        rows, c, along = doubles(pack.control), floats(c_address, count), floats(along_address, count)
+        at, h, limit = pack.control + ROW * AT, pack.control + ROW * H, min(batch.limit * batch.limit, 1e300)
         for _ in range(most_steps):
             closely = plan_steps(rows)
             if closely > 0:
@@ -68,14 +76,17 @@ def compiled_loop(method: str, stages: int) -> Any:
                 look_up_stage(batch, pack, c[0])
             where = pack.now
             for stage in range(count):
-                slope = pack.slopes + ROW * batch.n * stage
-                call_lanes(batch.rhs, pack.control + ROW * AT, where, pack.u, pack.c, slope)
-                if stage + 1 < count:  # inputs first, which do not wait for the slope
-                    if c[stage + 1] != c[stage]:
-                        look_up_stage(batch, pack, c[stage + 1])
-                    combine(method, stage + 1, batch.n, h, pack.now, pack.slopes, pack.new)
-                    where = pack.new
-            conclude(method, batch.n, h, pack.now, pack.slopes, pack.new, pack.control + ROW * SIZE)
+                slopes, weight = pack.slopes + ROW * batch.n * stage, along[stage]
+                target = pack.new if (count - stage) % 2 == 1 else pack.stage  # never where it stands, and last `new`
+                if by_itself:
+                    call_advance(batch.rhs, at, where, pack.u, pack.c, slopes, pack.now, target, h, weight)
+                else:
+                    call_lanes(batch.rhs, at, where, pack.u, pack.c, slopes)
+                    go_along(batch.n, h, weight, pack.now, slopes, target)
+                if stage + 1 < count and c[stage + 1] != c[stage]:
+                    look_up_stage(batch, pack, c[stage + 1])
+                where = target
+            conclude(method, batch.n, h, pack.slopes, pack.new, pack.control + ROW * SIZE)
             diverged = end_steps(rows, limit)
             pack.now, pack.new = pack.new, pack.now
             pack.taken += 1
@@ -89,7 +100,7 @@ def compiled_loop(method: str, stages: int) -> Any:
     return compiled(types.int64(*_ARGUMENTS), _nrt=False, nogil=True)(loop)
 
 
-_ARGUMENTS = (BATCH_TYPE, PACK_TYPE, types.int64, types.int64)
+_ARGUMENTS = (BATCH_TYPE, PACK_TYPE, types.int64, types.int64, types.int64)
 
 
 def start(batch, pack):

@@ -67,9 +67,10 @@ def add_sines(typing_context: Any, channel: Any, waves: Any, base: Any, stride: 
     return types.void(*[types.int64] * 6), emit
 
 
-@lane_loop(types.void(abi.POINTER, types.float64))
+@lane_loop(types.int64(abi.POINTER, types.float64))
 def set_times(rows, c):
-    """Times of a stage: AT the stage's own, SIDE strictly inside the step, as `side_of` says."""
+    """Times of a stage: AT the stage's own, SIDE strictly inside the step, as `side_of` says; see `outside`."""
+    found = 0
     for lane in range(LANES):
         its = lane_of(rows, lane)
         t, h = its.t, its.h
@@ -81,7 +82,10 @@ def set_times(rows, c):
         inside = c * h
         inside = inside if inside > inset else inset
         inside = inside if inside < h - inset else h - inset
-        its.side = t + inside
+        side = t + inside
+        its.side = side
+        found += (side < its.low) | (side >= its.high)
+    return found
 
 
 @lane_loop(types.int64(abi.POINTER))
@@ -110,12 +114,13 @@ def exchange(batch, pack):
 
 
 @compiled(**BY_ADDRESS)
-def read_inputs(batch, pack, whole):
+def read_inputs(batch, pack, whole, found):
     """Write the inputs of all lanes at their times AT; which piece holds is looked up at SIDE.
 
-    whole: whether all channels that are watched are wanted, or those that stages read.
+    whole: whether all channels that are watched are wanted, or those that stages read. found: how many lanes are
+    `outside` of their pieces.
     """
-    if outside(doubles(pack.control)) > 0:
+    if found > 0:
         exchange(batch, pack)
     kind, leader = integers(pack.kind, batch.n_watched), integers(pack.leader, batch.n_watched)
     alike, times = integers(pack.alike, batch.n_watched), doubles(pack.control + ROW * AT)
@@ -134,15 +139,15 @@ def read_inputs(batch, pack, whole):
         i += count
     if whole:
         read_tables(batch, pack, batch.all_even, batch.all_guided)
-    else:
+    elif batch.n_even + batch.n_guided > 0:
         read_tables(batch, pack, batch.n_even, batch.n_guided)
 
 
-LOOK_UP = types.void(BATCH_TYPE, PACK_TYPE, types.int64)
+LOOK_UP = types.void(BATCH_TYPE, PACK_TYPE, types.int64, types.int64)
 
 
 @intrinsic
-def look_up(typing_context: Any, where: Any, batch: Any, pack: Any, whole: Any) -> Any:
+def look_up(typing_context: Any, where: Any, batch: Any, pack: Any, whole: Any, found: Any) -> Any:
     """Call `read_inputs` at an address, so that LLVM compiles it once and not into every function that reads inputs."""
     return caller(LOOK_UP)
 
@@ -150,6 +155,6 @@ def look_up(typing_context: Any, where: Any, batch: Any, pack: Any, whole: Any) 
 @compiled(**LEAN)
 def look_up_stage(batch, pack, c):
     """Write the inputs of a stage that is at the part c of the step, looked up strictly inside the step."""
-    set_times(doubles(pack.control), c)
+    found = set_times(doubles(pack.control), c)
     if batch.n_inputs > 0:
-        look_up(batch.look_up, batch, pack, 0)
+        look_up(batch.look_up, batch, pack, 0, found)

@@ -14,14 +14,14 @@ from qddot.runner.frame.step_control import (
 )
 from qddot.runner.inputs.instants import after, side_of
 from qddot.runner.lanes.attempts import begin, finish, lane_norm, plan, relative
-from qddot.runner.lanes.inputs import look_up
+from qddot.runner.lanes.inputs import look_up, outside
 from qddot.runner.lanes.judge import CONTROL_TYPE
 from qddot.runner.lanes.lane import control_of
 from qddot.runner.lanes.pack import AT, BATCH_TYPE, FRESH, LANES, PACK_TYPE
 from qddot.runner.lanes.samples import PAIR_TYPE, write_samples
 from qddot.runner.lanes.values import ROW
 from qddot.runner.lanes.vectors import choose
-from qddot.runner.machine.calls import call_lanes
+from qddot.runner.machine.calls import call_lanes, doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.memory import BY_ADDRESS, LEAN, floats, integers, intrinsic
 from qddot.runner.machine.pointers import caller
@@ -49,7 +49,7 @@ def fail_at_start(batch, control, pack, pair, lane):
 @compiled(**LEAN)
 def evaluate(batch, pack, states, target):
     """Slopes of all lanes at their times AT and the states in rows at an address, into the rows at another."""
-    look_up(batch.look_up, batch, pack, 0)
+    look_up(batch.look_up, batch, pack, 0, outside(doubles(pack.control)))
     call_lanes(batch.rhs, pack.control + ROW * AT, states, pack.u, pack.c, target)
 
 

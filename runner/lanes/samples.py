@@ -9,7 +9,7 @@ from qddot.runner import abi
 from qddot.runner.explicit.step import PAIR
 from qddot.runner.explicit.workspace import MOST_STAGES
 from qddot.runner.inputs.instants import rounding
-from qddot.runner.lanes.inputs import look_up
+from qddot.runner.lanes.inputs import look_up, outside
 from qddot.runner.lanes.lane import control_of, lane_of
 from qddot.runner.lanes.pack import BATCH_TYPE, LANES, PACK_TYPE
 from qddot.runner.lanes.runs import gather, sample_time
@@ -71,7 +71,7 @@ def write_samples(batch, pack, near):
             found += 1
     if found > 0:
         if batch.needs_outputs:
-            look_up(batch.look_up, batch, pack, 1)
+            look_up(batch.look_up, batch, pack, 1, outside(doubles(pack.control)))
         for lane in range(LANES):
             t = control_of(pack, lane).t
             while due(batch, pack, lane, t, near):
@@ -140,7 +140,7 @@ def write_samples_within(batch, pack, pair):
 def write_aimed(batch, pack):
     """Write the samples that `aim` found: their states stand in the rows `stage`, those at the step's end in `new`."""
     if batch.needs_outputs:
-        look_up(batch.look_up, batch, pack, 1)
+        look_up(batch.look_up, batch, pack, 1, outside(doubles(pack.control)))
     for lane in range(LANES):
         its = control_of(pack, lane)
         at, end = its.sample, its.target

@@ -96,8 +96,9 @@ def write_inputs(batch, pack, series):
 
     A sine's is written to all orders; without one those above the cubic's are 0, and stay so.
     """
-    if outside(doubles(pack.control)) > 0:
-        look_up(batch.look_up, batch, pack, 0)  # exchanges the pieces
+    found = outside(doubles(pack.control))
+    if found > 0:
+        look_up(batch.look_up, batch, pack, 0, found)  # exchanges the pieces
     kind, leader = integers(pack.kind, batch.n_inputs), integers(pack.leader, batch.n_inputs)
     waved = integers(pack.waved, batch.n_inputs)
     for i in range(batch.n_inputs):

@@ -60,10 +60,10 @@ class Task:
         inputs = self.inputs.walked() if method.family == "taylor" else self.inputs
         return replace(self, method=method, options=options, inputs=inputs)
 
-    def record(self, lanes_kernel: Any, functions: Mapping[str, int]) -> np.void:
+    def record(self, functions: Mapping[str, int]) -> np.void:
         """The record of a batch that compiled loops read; the arrays must live as long.
 
-        lanes_kernel: None where the method takes no right-hand side. functions: addresses of those that its loop calls.
+        functions: addresses of those that the method's loop calls, the right-hand side among them if it takes one.
         """
         tables, options = self.model.tables, self.options
         inputs = vars(self.inputs)
@@ -85,7 +85,6 @@ class Task:
             n_constants=self.arrays["constants"].shape[1],
             n_outputs=len(tables.outputs),
             n_pieces=len(self.inputs.pieces),
-            rhs=0 if lanes_kernel is None else pointer(lanes_kernel, abi.LANE_KERNEL, "lane_rhs"),
             outputs=outputs,
             n_samples=self.arrays["times"].shape[1],
             n_columns=len(self.arrays["columns"]),

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
+from qddot.runner.abi import LANE_KERNELS
 from qddot.runner.explicit.step import pair_for
 from qddot.runner.frame.step_control import control_for
 from qddot.runner.lanes import adaptive, fixed
 from qddot.runner.lanes.inputs import LOOK_UP, read_inputs
+from qddot.runner.lanes.kernel import form_of, lane_rhs
 from qddot.runner.lanes.landing import LAND, land
 from qddot.runner.lanes.pack import LANES, make_pack
 from qddot.runner.lanes.restart import RESTART, restart
@@ -36,14 +38,13 @@ SLICE_WORK = 4_000_000
 
 def run_in_lanes(
     task: "Task",
-    kernel: Any,
     threads: int | None,
     progress: Callable[[float], None] | None,
     time_limit: float | None,
 ) -> None:
     """Integrate all runs in packs of lanes, into the arrays of the task."""
     driver = driver_for(task.method, task.options, task.model)
-    batch = task.record(kernel, driver.functions)
+    batch = task.record(driver.functions)
     n = int(batch["n"])
     most_steps = max(16, SLICE_WORK // (LANES * n * driver.slopes))
 
@@ -56,7 +57,6 @@ def run_in_lanes(
 
     count = max(1, min(threads or cores(), -(-task.runs // LANES)))
     on_threads(work, count, task.arrays["status"], progress, time_limit)
-    del kernel  # Known by address, too.
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,17 +84,21 @@ def driver_for(method: Method, options: Options, model: Model) -> Driver:
     tableau, pair = method.tableau, method.pair
     if tableau is None:
         raise ValueError(f"method {method.name!r} does not run in lanes")
+    form = form_of(model, method)
+    slopes = lane_rhs(model, form), LANE_KERNELS[form]
     if pair is None:
-        c = tableau.c.copy()
-        loop = fixed.compiled_loop(method.name, tableau.stages)
-        functions = _addresses(look_up=(read_inputs, LOOK_UP), settle=(land, LAND))
-        return Driver(fixed.compiled_start(), loop, (), (address(c),), tableau.stages, functions, c)
+        c, along = tableau.c.copy(), tableau.along
+        loop = fixed.compiled_loop(method.name, tableau.stages, form)
+        functions = _addresses(rhs=slopes, look_up=(read_inputs, LOOK_UP), settle=(land, LAND))
+        weights = address(c), address(along)
+        return Driver(fixed.compiled_start(), loop, (), weights, tableau.stages, functions, (c, along))
     coefficients, table = pair_for(pair)
     control = control_for(pair.controller, pair.error_order, options.least_rtol, options.divergence_limit)
     loop = adaptive.compiled_loop(method.name, pair.dense.stages, pair.next_slope)
     longest = float(pair.longest_step)
     arguments = (coefficients, control, longest)
     functions = _addresses(
+        rhs=slopes,
         look_up=(read_inputs, LOOK_UP),
         sample=(write_samples_within, SAMPLE_WITHIN),
         settle=(settle, SETTLE),

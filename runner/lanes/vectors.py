@@ -82,21 +82,41 @@ def combine(typing_context: Any, method: Any, row: Any, n: Any, h: Any, base: An
     return types.void(method, types.int64, types.int64, *[address] * 4), emit
 
 
+@intrinsic
+def go_along(typing_context: Any, n: Any, h: Any, weight: Any, base: Any, slopes: Any, target: Any) -> Any:
+    """Target = base + weight * h * slopes, for n states of all lanes; h and the last three are addresses of rows."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        states, step, part, start, first, result = arguments
+        lengths = splat(builder, part) * load(builder, step)
+
+        def body(place: Any) -> None:
+            old, slope = (load(builder, builder.add(rows, place)) for rows in (start, first))
+            store(slope * lengths + old, builder.add(result, place))
+
+        over_states(builder, states, body)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.float64, *[types.int64] * 3), emit
+
+
 @intrinsic(prefer_literal=True)
-def conclude(typing_context: Any, method: Any, n: Any, h: Any, base: Any, slopes: Any, target: Any, size: Any) -> Any:
-    """Target = base + h * (the method's b times the slopes), for n states of all lanes: the end of a step.
+def conclude(typing_context: Any, method: Any, n: Any, h: Any, slopes: Any, target: Any, size: Any) -> Any:
+    """Target += h * (the method's b but the last times the slopes), for n states of all lanes: the end of a step.
 
     The row at `size` = their sum of squares, a quick look whether any of them is out of bounds.
     """
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        _, states, step, start, first, result, sizes = arguments
+        _, states, step, first, result, sizes = arguments
         h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
         total = cgutils.alloca_once_value(builder, zeros(builder).value)
 
         def body(place: Any) -> None:
-            x = advanced(builder, tableau_of(method.literal_value).b, h_lanes, start, first, stride, place)
-            store(x, builder.add(result, place))
+            x = load(builder, builder.add(result, place))
+            if earlier.any():
+                x = advanced(builder, earlier, h_lanes, result, first, stride, place)
+                store(x, builder.add(result, place))
             builder.store((x * x + Value(builder, builder.load(total))).value, total)
 
         over_states(builder, states, body)
@@ -105,7 +125,8 @@ def conclude(typing_context: Any, method: Any, n: Any, h: Any, base: Any, slopes
 
     if not isinstance(method, types.StringLiteral):
         return None
-    return types.void(method, *[types.int64] * 6), emit
+    earlier = tableau_of(method.literal_value).b[:-1]
+    return types.void(method, *[types.int64] * 5), emit
 
 
 @intrinsic(prefer_literal=True)

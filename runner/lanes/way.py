@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from qddot.runner.lanes.kernel import lane_rhs
+from qddot.runner.lanes.kernel import form_of, lane_rhs
 from qddot.runner.load import Model
 from qddot.runner.method import Method
 from qddot.runner.options import TABLE, Options
@@ -38,7 +38,7 @@ def _why_alone(model: Model, method: Method) -> str:
         return f"model {model.name} has events that act, and each run stops at times of its own"
     if method.family == "taylor":
         return _why_no_series(model)
-    if lane_rhs(model) is None:
+    if lane_rhs(model, form_of(model, method)) is None:
         return f"model {model.name} has no lane kernel: it calls a function without vectors"
     return ""
 

@@ -35,14 +35,31 @@ def numbers(typing_context: Any, where: Any) -> Any:
 
 @intrinsic
 def call_lanes(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
-    """Call a lane kernel of the calling convention at an address; the others are addresses, too."""
-    _, call = caller(abi.LANE_KERNEL)
+    """Call a LANE_KERNEL of the calling convention at an address; the others are addresses, too."""
+    return _with_addresses(abi.LANE_KERNEL)
+
+
+@intrinsic
+def call_advance(
+    typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any, base: Any, target: Any, h: Any,
+    weight: Any,
+) -> Any:  # fmt: skip
+    """Call one that advances states, too, at an address; the others but the weight are addresses, too."""
+    return _with_addresses(abi.LANE_KERNELS["advance"])
+
+
+def _with_addresses(kernel: Any) -> Any:
+    """Type and code of a call of a function of this signature that is handed addresses for pointers."""
+    _, call = caller(kernel)
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pointers = [builder.inttoptr(each, ir.DoubleType().as_pointer()) for each in arguments[1:]]
-        return call(context, builder, signature, [arguments[0], *pointers])
+        where, *given = arguments
+        double = ir.DoubleType().as_pointer()
+        pairs = zip(given, kernel.args, strict=True)
+        handed = [builder.inttoptr(each, double) if kind == abi.POINTER else each for each, kind in pairs]
+        return call(context, builder, signature, [where, *handed])
 
-    return types.void(*[types.int64] * 6), emit
+    return types.void(types.int64, *(types.int64 if kind == abi.POINTER else kind for kind in kernel.args)), emit
 
 
 @intrinsic

@@ -20,27 +20,43 @@ class Row(types.Type):
         super().__init__("Row")
 
 
-ROW = Row()
+class Advance(types.Type):
+    """Type of one lane of a row of slopes; who writes a slope there advances a state along it, too."""
+
+    def __init__(self) -> None:
+        super().__init__("Advance")
+
+
+ROW, ADVANCE = Row(), Advance()
 
 
 @register_model(Row)
-class _Model(models.StructModel):
+class _Row(models.StructModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, [("base", abi.POINTER), ("lane", types.int64)])
+
+
+@register_model(Advance)
+class _Advance(models.StructModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        members = [("slopes", ROW), ("states", ROW), ("advanced", ROW), ("step", types.float64)]
+        super().__init__(manager, kind, members)
 
 
 @infer_global(operator.getitem)
 class _Get(AbstractTemplate):
     def generic(self, arguments: Any, keywords: Any) -> Any:
         """The type of row[i]."""
-        return signature(types.float64, arguments[0], types.intp) if isinstance(arguments[0], Row) else None
+        known = isinstance(arguments[0], Row | Advance)
+        return signature(types.float64, arguments[0], types.intp) if known else None
 
 
 @infer_global(operator.setitem)
 class _Set(AbstractTemplate):
     def generic(self, arguments: Any, keywords: Any) -> Any:
         """The type of row[i] = value."""
-        return signature(types.none, arguments[0], types.intp, types.float64) if isinstance(arguments[0], Row) else None
+        known = isinstance(arguments[0], Row | Advance)
+        return signature(types.none, arguments[0], types.intp, types.float64) if known else None
 
 
 def _place(context: Any, builder: Any, value: Any, index: Any) -> Any:
@@ -59,6 +75,23 @@ def _set(context: Any, builder: Any, signed: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
+@lower_builtin(operator.getitem, Advance, types.intp)
+def _get_slope(context: Any, builder: Any, signed: Any, arguments: Any) -> Any:
+    rows = cgutils.create_struct_proxy(ADVANCE)(context, builder, value=arguments[0])
+    return builder.load(_place(context, builder, rows.slopes, arguments[1]))
+
+
+@lower_builtin(operator.setitem, Advance, types.intp, types.Float)
+def _set_slope(context: Any, builder: Any, signed: Any, arguments: Any) -> Any:
+    given, index, slope = arguments
+    rows = cgutils.create_struct_proxy(ADVANCE)(context, builder, value=given)
+    state = builder.load(_place(context, builder, rows.states, index))
+    moved = builder.fadd(builder.fmul(rows.step, slope, flags=("contract",)), state, flags=("contract",))
+    builder.store(slope, _place(context, builder, rows.slopes, index))
+    builder.store(moved, _place(context, builder, rows.advanced, index))
+    return context.get_dummy_value()
+
+
 @intrinsic
 def row(typing_context: Any, base: Any, lane: Any) -> Any:
     """The row that begins at a pointer, as a lane sees it."""
@@ -69,3 +102,15 @@ def row(typing_context: Any, base: Any, lane: Any) -> Any:
         return made._getvalue()
 
     return ROW(abi.POINTER, types.int64), emit
+
+
+@intrinsic
+def advance(typing_context: Any, slopes: Any, states: Any, advanced: Any, step: Any) -> Any:
+    """A row of slopes; with each that is written there, advanced[i] = states[i] + step * slopes[i]."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = cgutils.create_struct_proxy(ADVANCE)(context, builder)
+        made.slopes, made.states, made.advanced, made.step = arguments
+        return made._getvalue()
+
+    return ADVANCE(ROW, ROW, ROW, types.float64), emit

@@ -94,6 +94,16 @@ class ButcherTableau:
         return len(self.b)
 
     @property
+    def along(self) -> Any:
+        """The weight of each slope in the stage behind it, (s,), of the last one in the step itself.
+
+        Raises ValueError where a stage leans on more than the slope before it.
+        """
+        if not np.array_equal(self.A, np.diag(np.diag(self.A, -1), -1)):
+            raise ValueError(f"tableau {self.name}: a stage leans on more slopes than the last one")
+        return np.array([*np.diag(self.A, -1), self.b[-1]])
+
+    @property
     def first_same_as_last(self) -> bool:
         """Whether the last stage is the first of the next step (FSAL): its row of A is b and its c is 1."""
         return bool(self.stages > 1 and self.c[-1] == 1 and np.array_equal(self.A[-1], self.b))
