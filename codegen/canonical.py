@@ -11,6 +11,7 @@ from qddot.codegen.identities import Polynomial, polynomial, spread
 from qddot.codegen.nodes import holding, operands
 from qddot.codegen.rewrite import fraction, rewrite, split_number
 
+#: What is no real number, and what is none to all digits.
 _holds_unreal = holding(
     wrapper.Infinity, wrapper.NegativeInfinity, wrapper.ComplexInfinity, wrapper.NaN, wrapper.Complex
 )

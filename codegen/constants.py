@@ -91,7 +91,7 @@ class _Hoisting:
             return expression
         if symbols <= self.constant and not is_condition(expression):
             return self.named(expression)
-        if not isinstance(expression, (se.Mul, se.Add)):
+        if not isinstance(expression, se.Mul | se.Add):
             return rebuild(expression, [self.stripped(part) for part in parts])
         build = se.Mul if isinstance(expression, se.Mul) else se.Add
         still = [symbols_of(part) <= self.constant for part in parts]

@@ -57,7 +57,7 @@ class _Sharing:
 
     parts: sums and products as what they are made of. common: what several of them share, by a symbol that stands for
     it. uses: how often each node is referred to. symbols: the temporaries given so far by node, values: by what they
-    are assigned. given: products and sums that have a symbol beforehand.
+    are assigned. given: products and sums that have a symbol beforehand. changed: those that common parts left.
     """
 
     def __init__(self, names: Names) -> None:
