@@ -353,7 +353,7 @@ def test_the_sums_of_a_step_are_vectors_throughout():
     def sums(n, row, h, now, slopes, new, atol, sizes):
         combine("dop853", row, n, h, now, slopes, new)
         estimate_errors("dop853", n, h, now, new, slopes, atol, 1e-6, 1e100, sizes)
-        conclude("rk4", n, h, slopes, new, sizes)
+        conclude("rk4", 3, n, h, new, slopes, new, sizes)
 
     assembly = fresh(sums, types.void(*[types.int64] * 8))
     assert len(re.findall(PACKED, assembly)) > 100

@@ -64,6 +64,7 @@ def compiled_loop(method: str, stages: int, form: str) -> Any:
     """
     count = np.int64(stages)  # see `landing`: a literal int would compile what it is handed to anew
     by_itself = form == "advance"
+    counted = stages - by_itself  # slopes that the end of a step does not hold yet
 
     def loop(batch, pack, c_address, along_address, most_steps):
         rows, c, along = doubles(pack.control), floats(c_address, count), floats(along_address, count)
@@ -82,11 +83,13 @@ def compiled_loop(method: str, stages: int, form: str) -> Any:
                     call_advance(batch.rhs, at, where, pack.u, pack.c, slopes, pack.now, target, h, weight)
                 else:
                     call_lanes(batch.rhs, at, where, pack.u, pack.c, slopes)
-                    go_along(batch.n, h, weight, pack.now, slopes, target)
+                    if stage + 1 < count:
+                        go_along(batch.n, h, weight, pack.now, slopes, target)
                 if stage + 1 < count and c[stage + 1] != c[stage]:
                     look_up_stage(batch, pack, c[stage + 1])
                 where = target
-            conclude(method, batch.n, h, pack.slopes, pack.new, pack.control + ROW * SIZE)
+            base = pack.new if by_itself else pack.now
+            conclude(method, counted, batch.n, h, base, pack.slopes, pack.new, pack.control + ROW * SIZE)
             diverged = end_steps(rows, limit)
             pack.now, pack.new = pack.new, pack.now
             pack.taken += 1

@@ -101,22 +101,24 @@ def go_along(typing_context: Any, n: Any, h: Any, weight: Any, base: Any, slopes
 
 
 @intrinsic(prefer_literal=True)
-def conclude(typing_context: Any, method: Any, n: Any, h: Any, slopes: Any, target: Any, size: Any) -> Any:
-    """Target += h * (the method's b but the last times the slopes), for n states of all lanes: the end of a step.
+def conclude(
+    typing_context: Any, method: Any, counted: Any, n: Any, h: Any, base: Any, slopes: Any, target: Any, size: Any
+) -> Any:
+    """Target = base + h * (the first so many of the method's b times the slopes), for n states of all lanes.
 
-    The row at `size` = their sum of squares, a quick look whether any of them is out of bounds.
+    With none of them it stays. The row at `size` = their sum of squares, a quick look whether any is out of bounds.
     """
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        _, states, step, first, result, sizes = arguments
+        *_, states, step, start, first, result, sizes = arguments
         h_lanes, stride = load(builder, step), builder.mul(states, states.type(ROW))
         total = cgutils.alloca_once_value(builder, zeros(builder).value)
 
         def body(place: Any) -> None:
-            x = load(builder, builder.add(result, place))
-            if earlier.any():
-                x = advanced(builder, earlier, h_lanes, result, first, stride, place)
-                store(x, builder.add(result, place))
+            where = builder.add(result, place)
+            if weights.size:
+                store(advanced(builder, weights, h_lanes, start, first, stride, place), where)
+            x = load(builder, where)
             builder.store((x * x + Value(builder, builder.load(total))).value, total)
 
         over_states(builder, states, body)
@@ -125,8 +127,8 @@ def conclude(typing_context: Any, method: Any, n: Any, h: Any, slopes: Any, targ
 
     if not isinstance(method, types.StringLiteral):
         return None
-    earlier = tableau_of(method.literal_value).b[:-1]
-    return types.void(method, *[types.int64] * 5), emit
+    weights = tableau_of(method.literal_value).b[: counted.literal_value]
+    return types.void(method, counted, *[types.int64] * 6), emit
 
 
 @intrinsic(prefer_literal=True)
