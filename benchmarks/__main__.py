@@ -1,6 +1,7 @@
 """`python -m benchmarks [--quick] [GROUP ...]`: tables on the terminal; tables, JSON and figures in results/."""
 
 import argparse
+import signal
 import sys
 import traceback
 from collections.abc import Mapping
@@ -62,4 +63,5 @@ def run(groups: Mapping[str, ModuleType], quick: bool, folder: Path) -> int:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # who read the tables has gone, as `head` does: end without a word
     sys.exit(main(sys.argv[1:]))
