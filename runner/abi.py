@@ -89,9 +89,8 @@ EDITION = 2
 #: Runs that a lane kernel advances: the doubles in a register of 512 bits. Rows of lanes stand on cache lines.
 LANES = 8
 POINTER = types.CPointer(types.float64)
-LANE_KERNEL = types.void(POINTER, POINTER, POINTER, POINTER, POINTER)
 #: The forms of a right-hand side in lanes.
 LANE_KERNELS = {
-    "rhs": LANE_KERNEL,
-    "advance": types.void(*LANE_KERNEL.args, POINTER, POINTER, POINTER, types.float64),
+    "rhs": types.void(POINTER, POINTER, POINTER, POINTER, POINTER),
+    "advance": types.void(*[POINTER] * 8, types.float64),
 }

@@ -14,6 +14,7 @@ from qddot.runner.lanes.pieces import CUBIC, SINE, classify, take_pieces
 from qddot.runner.lanes.tables import read_tables
 from qddot.runner.lanes.values import ROW, load, store
 from qddot.runner.machine.angles import cos, sin
+from qddot.runner.machine.bits import elementary
 from qddot.runner.machine.calls import doubles
 from qddot.runner.machine.compiled import compiled
 from qddot.runner.machine.lane_loop import lane_loop
@@ -67,6 +68,11 @@ def add_sines(typing_context: Any, channel: Any, waves: Any, base: Any, stride: 
     return types.void(*[types.int64] * 6), emit
 
 
+@elementary
+def _beyond(time, low, high):
+    return (time < low) | (time >= high)
+
+
 @lane_loop(types.int64(abi.POINTER, types.float64))
 def set_times(rows, c):
     """Times of a stage: AT the stage's own, SIDE strictly inside the step, as `side_of` says; see `outside`."""
@@ -84,7 +90,7 @@ def set_times(rows, c):
         inside = inside if inside < h - inset else h - inset
         side = t + inside
         its.side = side
-        found += (side < its.low) | (side >= its.high)
+        found += _beyond(side, its.low, its.high)
     return found
 
 
@@ -94,8 +100,7 @@ def outside(rows):
     found = 0
     for lane in range(LANES):
         its = lane_of(rows, lane)
-        side = its.side
-        found += (side < its.low) | (side >= its.high)
+        found += _beyond(its.side, its.low, its.high)
     return found
 
 
@@ -139,7 +144,7 @@ def read_inputs(batch, pack, whole, found):
         i += count
     if whole:
         read_tables(batch, pack, batch.all_even, batch.all_guided)
-    elif batch.n_even + batch.n_guided > 0:
+    elif batch.n_even + batch.n_guided > 0:  # a call costs, and most models' stages read no tables
         read_tables(batch, pack, batch.n_even, batch.n_guided)
 
 

@@ -35,8 +35,8 @@ def numbers(typing_context: Any, where: Any) -> Any:
 
 @intrinsic
 def call_lanes(typing_context: Any, where: Any, t: Any, x: Any, u: Any, c: Any, result: Any) -> Any:
-    """Call a LANE_KERNEL of the calling convention at an address; the others are addresses, too."""
-    return _with_addresses(abi.LANE_KERNEL)
+    """Call a right-hand side in lanes at an address; the others are addresses, too."""
+    return _with_addresses(abi.LANE_KERNELS["rhs"])
 
 
 @intrinsic
