@@ -68,6 +68,14 @@ def add_sines(typing_context: Any, channel: Any, waves: Any, base: Any, stride: 
     return types.void(*[types.int64] * 6), emit
 
 
+@lane_loop(types.void(abi.POINTER, types.float64))
+def set_time(rows, c):
+    """The time AT of a stage, where there is nothing to look up."""
+    for lane in range(LANES):
+        its = lane_of(rows, lane)
+        its.at = its.t + c * its.h
+
+
 @elementary
 def _beyond(time, low, high):
     return (time < low) | (time >= high)
@@ -160,6 +168,9 @@ def look_up(typing_context: Any, where: Any, batch: Any, pack: Any, whole: Any, 
 @compiled(**LEAN)
 def look_up_stage(batch, pack, c):
     """Write the inputs of a stage that is at the part c of the step, looked up strictly inside the step."""
+    if batch.n_watched == 0:
+        set_time(doubles(pack.control), c)
+        return
     found = set_times(doubles(pack.control), c)
     if batch.n_inputs > 0:
         look_up(batch.look_up, batch, pack, 0, found)
